@@ -1,0 +1,308 @@
+"""Shapes, surfaces and scenes: what the user hands over, checked once and packed into arrays.
+
+Lengths are metres, radiance is linear RGB, arrays are float64.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+MAX_REFLECTANCE = 0.999999  # at 1 an enclosed light has no steady state
+FLATTEST = 1e-9  # a shape thinner than this part of its extent has no usable area or inside
+
+
+class SceneError(ValueError):
+    """Invalid input; the message names the surface and says what to do."""
+
+
+def _vector(value, shape, what):
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{what} must be {shape} numbers, not {value!r}") from error
+    if array.shape != shape:
+        raise SceneError(f"{what} must have shape {shape}, not {array.shape}")
+    array.flags.writeable = False
+    return array
+
+
+def unit(vectors):
+    """vectors (..., 3) scaled to length 1; a zero vector stays zero."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+
+
+class _Shape:
+    """An affine image of a reference shape: point = origin + linear @ local."""
+
+    @cached_property
+    def inverse(self):
+        """(3, 3): world offsets from the origin to local coordinates."""
+        return np.linalg.inv(self.linear)
+
+    def local(self, points):
+        """points (n, 3) m -> (n, 3) local coordinates."""
+        return (np.asarray(points, float) - self.origin) @ self.inverse.T
+
+    def world(self, local):
+        """local (n, 3) -> points (n, 3) m."""
+        return self.origin + np.asarray(local, float) @ self.linear.T
+
+
+class Plane(_Shape):
+    """The parallelogram corner + s*u + t*v, 0 <= s, t <= 1. Its front is along u x v; u, v need not be orthogonal.
+
+    Local coordinates are (s, t, height along the unit normal in units of sqrt(area)).
+    """
+
+    def __init__(self, corner, u, v):
+        self.origin = _vector(corner, (3,), "Plane corner")
+        self.u = _vector(u, (3,), "Plane u")
+        self.v = _vector(v, (3,), "Plane v")
+
+    def __repr__(self):
+        return f"Plane({self.origin.tolist()}, {self.u.tolist()}, {self.v.tolist()})"
+
+    @cached_property
+    def area(self):
+        """m^2"""
+        return float(np.linalg.norm(np.cross(self.u, self.v)))
+
+    @cached_property
+    def normal(self):
+        """(3,) unit normal of the front."""
+        return unit(np.cross(self.u, self.v))
+
+    @cached_property
+    def linear(self):
+        """(3, 3) with columns u, v and the unit normal times sqrt(area)."""
+        return np.column_stack([self.u, self.v, self.normal * np.sqrt(self.area)])
+
+    @cached_property
+    def corners(self):
+        """(4, 3) counter-clockwise seen from the front."""
+        c, u, v = self.origin, self.u, self.v
+        return np.array([c, c + u, c + u + v, c + v])
+
+    @cached_property
+    def bounds(self):
+        """Centre (3,) and radius of a sphere around the shape."""
+        centre = self.origin + (self.u + self.v) / 2
+        return centre, float(np.linalg.norm(self.corners - centre, axis=1).max())
+
+    def project(self, points):
+        """points (n, 3) -> nearest points (n, 3) on the shape, local coordinates clipped to the outline."""
+        local = self.local(points)
+        local[:, :2] = np.clip(local[:, :2], 0.0, 1.0)
+        local[:, 2] = 0.0
+        return self.world(local)
+
+    def normals(self, points):
+        """Unit normals (n, 3) of the front at points (n, 3)."""
+        return np.broadcast_to(self.normal, (len(points), 3))
+
+    def problem(self):
+        """What is wrong with the shape, as a sentence, or None."""
+        if not all(np.isfinite(a).all() for a in (self.origin, self.u, self.v)):
+            return "its coordinates are not finite; apply a valid transform"
+        longest = max(np.linalg.norm(self.u), np.linalg.norm(self.v))
+        if not (longest > 0 and np.linalg.norm(np.cross(self.u / longest, self.v / longest)) > FLATTEST):
+            return "it has no area; give it two edges of different directions or remove it"
+        return None
+
+
+class Sphere(_Shape):
+    """An affine image of the unit sphere (ellipsoids too), given by a 4x4 matrix. Its front is outside."""
+
+    def __init__(self, matrix):
+        self.matrix = _vector(matrix, (4, 4), "Sphere matrix")
+        self.origin = self.matrix[:3, 3]
+        self.linear = self.matrix[:3, :3]
+
+    @classmethod
+    def at(cls, center, radius):
+        """The round sphere at center (3,) m with radius m."""
+        matrix = np.eye(4)
+        matrix[:3, :3] *= radius
+        matrix[:3, 3] = center
+        return cls(matrix)
+
+    def __repr__(self):
+        return f"Sphere({self.matrix.tolist()})"
+
+    @cached_property
+    def semi_axes(self):
+        """(3,) m, longest first."""
+        return np.linalg.svd(self.linear, compute_uv=False)
+
+    @cached_property
+    def is_round(self):
+        return bool(self.semi_axes[0] - self.semi_axes[2] <= 1e-12 * self.semi_axes[0])
+
+    @cached_property
+    def area(self):
+        """m^2; 4 pi R_G((ab)^2, (ac)^2, (bc)^2), Carlson 1995 / DLMF 19.33.1"""
+        a, b, c = self.semi_axes / self.semi_axes[0]
+        return float(4 * np.pi * self.semi_axes[0] ** 2 * _carlson_rg((a * b) ** 2, (a * c) ** 2, (b * c) ** 2))
+
+    @cached_property
+    def bounds(self):
+        """Centre (3,) and radius of a sphere around the shape."""
+        return self.origin, float(self.semi_axes[0])
+
+    def project(self, points):
+        """points (n, 3) -> points (n, 3) on the shape along the ray from its centre (the exact shape's vertex)."""
+        local = self.local(points)
+        length = np.linalg.norm(local, axis=1, keepdims=True)
+        local = np.where(length > 0, local / np.where(length > 0, length, 1.0), [0.0, 0.0, 1.0])
+        return self.world(local)
+
+    def normals(self, points):
+        """Unit outward normals (n, 3) at points (n, 3)."""
+        return unit(self.local(points) @ self.inverse)
+
+    def problem(self):
+        """What is wrong with the shape, as a sentence, or None."""
+        if not np.isfinite(self.matrix).all():
+            return "its matrix is not finite; apply a valid transform"
+        if not self.semi_axes[2] > FLATTEST * self.semi_axes[0]:
+            return "it is scaled flat; give it a volume or replace it by a plane"
+        return None
+
+
+def _carlson_rg(x, y, z):
+    """Carlson's symmetric integral R_G by duplication of R_F and R_D; relative error 1e-15."""
+    z, y, x = sorted((x, y, z), reverse=True)  # z the largest: keeps R_D regular
+    a, b, c, total, weight = x, y, z, 0.0, 1.0
+    while max(abs(a - b), abs(b - c), abs(a - c)) > 1e-3 * (a + b + c):
+        mean = np.sqrt(a * b) + np.sqrt(a * c) + np.sqrt(b * c)
+        total += weight / (np.sqrt(c) * (c + mean))
+        weight /= 4
+        a, b, c = (a + mean) / 4, (b + mean) / 4, (c + mean) / 4
+    m = (a + b + c) / 3
+    p, q = 1 - a / m, 1 - b / m
+    r = -(p + q)
+    e2, e3 = p * q - r * r, p * q * r
+    rf = (1 - e2 / 10 + e3 / 14 + e2 * e2 / 24 - 3 * e2 * e3 / 44) / np.sqrt(m)
+    m = (a + b + 3 * c) / 5
+    p, q = 1 - a / m, 1 - b / m
+    r = -(p + q) / 3
+    e2, e3 = p * q - 6 * r * r, (3 * p * q - 8 * r * r) * r
+    e4, e5 = 3 * (p * q - r * r) * r * r, p * q * r**3
+    rd = 1 - 3 * e2 / 14 + e3 / 6 + 9 * e2 * e2 / 88 - 3 * e4 / 22 - 9 * e2 * e3 / 52 + 3 * e5 / 26
+    rd = 3 * total + weight * rd / (m * np.sqrt(m))
+    return (z * rf - (z - x) * (z - y) * rd / 3 + np.sqrt(x * y / z)) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """One side of a shape with a material.
+
+    reflectance (3,) in [0, 1), emission (3,) as radiance; a single number stands for three equal channels.
+    """
+
+    shape: Plane | Sphere
+    reflectance: np.ndarray = (0.0, 0.0, 0.0)
+    emission: np.ndarray = (0.0, 0.0, 0.0)
+    side: str = "front"
+    name: str = ""
+
+    def __post_init__(self):
+        label = f"Surface {self.name!r}" if self.name else "A surface without a name"
+        if not isinstance(self.shape, Plane | Sphere):
+            raise SceneError(f"{label}: its shape is {self.shape!r}; give a Plane or a Sphere")
+        if problem := self.shape.problem():
+            raise SceneError(f"{label}: {problem}")
+        if self.side not in ("front", "back"):
+            raise SceneError(f"{label}: side is {self.side!r}; use 'front' or 'back'")
+        for what in ("reflectance", "emission"):
+            value = getattr(self, what)
+            value = _vector([value] * 3 if np.ndim(value) == 0 else value, (3,), f"{label}: {what}")
+            if not (np.isfinite(value).all() and (value >= 0).all()):
+                raise SceneError(f"{label}: {what} is {value.tolist()}; use finite numbers of at least 0")
+            object.__setattr__(self, what, value)
+        if (self.reflectance >= 1).any():
+            raise SceneError(
+                f"{label}: reflectance is {self.reflectance.tolist()}; use numbers below 1, at most {MAX_REFLECTANCE}"
+            )
+
+    @property
+    def sign(self):
+        """+1 where the surface faces along its shape's front, -1 on the back."""
+        return 1.0 if self.side == "front" else -1.0
+
+    @property
+    def is_inside(self):
+        """True for the inner side of a sphere, the only surface that sees itself."""
+        return isinstance(self.shape, Sphere) and self.side == "back"
+
+    def normals(self, points):
+        """Unit normals (n, 3) of this side at points (n, 3) of it."""
+        return self.sign * self.shape.normals(points)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Surfaces and a constant background radiance (3,) from outside.
+
+    Surfaces may share one shape object, which occludes once.
+    """
+
+    surfaces: tuple
+    background: np.ndarray = (0.0, 0.0, 0.0)
+    shapes: tuple = field(init=False)  # each shape once, in order of appearance
+    shape_of: np.ndarray = field(init=False)  # (n surfaces,) index into shapes
+
+    def __post_init__(self):
+        surfaces = tuple(self.surfaces)
+        if not surfaces:
+            raise SceneError("The scene has no surfaces; add at least one plane or UV sphere")
+        for surface in surfaces:
+            if not isinstance(surface, Surface):
+                raise SceneError(f"Scene: {surface!r} is not a Surface")
+        background = _vector(self.background, (3,), "Scene background")
+        if not (np.isfinite(background).all() and (background >= 0).all()):
+            raise SceneError(f"Scene background is {background.tolist()}; use finite numbers of at least 0")
+        shapes = {id(s.shape): s.shape for s in surfaces}
+        order = {key: k for k, key in enumerate(shapes)}
+        sides = {}
+        for surface in surfaces:
+            key = (id(surface.shape), surface.side)
+            if key in sides:
+                raise SceneError(
+                    f"Surface {surface.name!r} and surface {sides[key]!r} are the same side of one shape; remove one"
+                )
+            sides[key] = surface.name
+        object.__setattr__(self, "surfaces", surfaces)
+        object.__setattr__(self, "background", background)
+        object.__setattr__(self, "shapes", tuple(shapes.values()))
+        object.__setattr__(self, "shape_of", np.array([order[id(s.shape)] for s in surfaces]))
+        if not np.isfinite(self.size) or any(s.area <= 0 or not np.isfinite(s.area) for s in self.shapes):
+            raise SceneError("Scene: its extent overflows double precision; scale it to metres of ordinary size")
+
+    def __len__(self):
+        return len(self.surfaces)
+
+    @cached_property
+    def areas(self):
+        """(n surfaces,) m^2"""
+        return np.array([s.shape.area for s in self.surfaces])
+
+    @cached_property
+    def reflectance(self):
+        """(n surfaces, 3)"""
+        return np.array([s.reflectance for s in self.surfaces])
+
+    @cached_property
+    def emission(self):
+        """(n surfaces, 3) radiance"""
+        return np.array([s.emission for s in self.surfaces])
+
+    @cached_property
+    def size(self):
+        """m; the diameter that relative tolerances refer to."""
+        centres, radii = zip(*(s.bounds for s in self.shapes))
+        centres, radii = np.array(centres), np.array(radii)
+        low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
+        return float(np.linalg.norm(high - low))
