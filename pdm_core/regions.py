@@ -1,0 +1,341 @@
+"""Exact occlusion: what an oriented point receives from a source behind any number of convex occluders.
+
+Seen from the point every convex source S and every occluder O is a convex region of directions, bounded by
+great-circle arcs (straight edges) and conic arcs (outlines of ellipsoids). The visible region S minus the union
+of the O has as boundary the pieces of S's boundary outside all O, and the pieces of each O's boundary inside S
+and outside all other O; the form factor is the contour integral n . sum of integral r x dr / (2 pi) over them.
+Breakpoints are roots of linear and quadratic equations, so nothing is sampled. The predicates of what hides what
+are those of `Region`; coinciding boundaries (boxes, screens standing on floors) are told apart by nudging the arc
+in question to its inner or outer side by COINCIDENT.
+
+Arrays are component first, (3, pieces, pairs); everything is relative to the point.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .closed_forms import clip_edges, cross, divide, dot
+from .quadrature import gauss_legendre
+
+COINCIDENT = 1e-12  # sine of the angle below which two arcs count as one; the error made is of this size
+INNER, OUTER, BOTH, EITHER = range(4)
+TURN = 2 * np.pi
+EDGE_ON = 1e-14  # of the cube of its reach: a polygon of less volume with the point is seen edge-on
+CONIC_POINTS, CONIC_PARTS = 16, 4  # Gauss rule for arcs of elliptic cones, per part of a piece
+
+
+def _unit(a):
+    return divide(a, np.sqrt(dot(a, a)))
+
+
+@dataclass
+class Ball:
+    """An ellipsoid as the unit ball at centre c (3, m) of the space that `linear` (3, 3, m) maps to the world.
+
+    For a round sphere `linear` is None and `scale` (m,) is 1 / radius: directions need no scale. `conic` are the vectors k0, k1, k2 (3, m) of
+    its outline's directions r(f) = k0 + k1 cos f + k2 sin f, counter-clockwise seen from the point.
+    """
+
+    c: np.ndarray
+    scale: np.ndarray | None = None
+    linear: np.ndarray | None = None
+    inverse: np.ndarray | None = None
+
+    def __post_init__(self):
+        h = np.sqrt(dot(self.c, self.c))
+        self.distance = h
+        axis = divide(self.c, h)
+        cos = np.sqrt(np.maximum((h - 1) * (h + 1), 0.0)) / np.maximum(h, 1.0)
+        sin = 1 / np.maximum(h, 1.0)
+        # a frame (u, v, axis): u from the coordinate axis least along it (Duff 2017 fails only at -z, this nowhere)
+        least = np.argmin(np.abs(axis), axis=0)
+        seed = np.zeros_like(axis)
+        seed[least, np.arange(axis.shape[1])] = 1.0
+        u = _unit(cross(seed, axis))
+        v = cross(axis, u)
+        self.cos, self.sin, self.axis, self.u, self.v = cos, sin, axis, u, v
+        self.conic = tuple(self.to_world(k) for k in (cos * axis, sin * u, sin * v))
+
+    def points_to_local(self, p):
+        """Offsets (3, ...) m from the point to the ball's own space."""
+        return p * self.scale if self.inverse is None else transform(self.inverse, p)
+
+    def to_local(self, r):
+        return r if self.inverse is None else transform(self.inverse, r)
+
+    def to_world(self, r):
+        return r if self.linear is None else transform(self.linear, r)
+
+    def form(self, r):
+        """Q (e, m) >= 0 where the line of direction r (3, e, m) meets the ball, and b > 0 where it does so ahead."""
+        r = self.to_local(r)
+        u = cross(self.c[:, None], r)
+        return dot(r, r) - dot(u, u), dot(self.c[:, None], r)
+
+
+def transform(matrix, r):
+    """matrix (3, 3, m) applied to r (3, m) or (3, e, m)."""
+    m = matrix if r.ndim == 2 else matrix[:, :, None]
+    return np.stack([m[i, 0] * r[0] + m[i, 1] * r[1] + m[i, 2] * r[2] for i in range(3)])
+
+
+@dataclass
+class Region:
+    """A convex set of directions: inside all planes (3, p, m) (unit inward normals, zero where unbounded) and the ball.
+
+    p, q (3, e, m): its straight edges, counter-clockwise; edge_planes (3, e, m) their inward normals.
+    active (m,): padding and what lies behind the source is not.
+    """
+
+    p: np.ndarray
+    q: np.ndarray
+    edge_planes: np.ndarray
+    planes: np.ndarray
+    ball: Ball | None
+    active: np.ndarray
+
+
+def polygon_region(corners, height, active, closing=None):
+    """Region of a polygon, corners (3, k, m) relative to the point, clipped to height (k, m) >= 0.
+
+    closing (3, m): inward normal of the plane it is clipped by, if that contains the point (the horizon).
+    """
+    following = np.roll(corners, -1, axis=1)
+    start, end, leave, enter = clip_edges(corners, following, height, np.roll(height, -1, axis=0))
+    planes = cross(corners, following)
+    facing = dot(corners[:, 0], planes[:, 1])
+    reach = np.sqrt(dot(corners, corners).max(axis=0))
+    # edge-on, or seen from its own plane: covers no directions
+    active = active & (height > 0).any(axis=0) & (np.abs(facing) > EDGE_ON * reach**3)
+    sign = np.where(facing < 0, -1.0, 1.0)
+    if closing is None:
+        closing = _unit(sign * cross(leave, enter))
+    planes = np.concatenate([_unit(sign * planes), closing[:, None]], axis=1)
+    p = np.concatenate([start, leave[:, None]], axis=1)
+    q = np.concatenate([end, enter[:, None]], axis=1)
+    clockwise = sign < 0
+    return Region(np.where(clockwise, q, p), np.where(clockwise, p, q), planes, planes, None, active)
+
+
+def ball_region(ball, active):
+    """Region of an ellipsoid as an occluder: no straight edges."""
+    none = np.zeros((3, 0, ball.c.shape[1]))
+    return Region(none, none, none, none, ball, active)
+
+
+def ball_source(ball, n):
+    """Region of an ellipsoid above the horizon of n (3, m): its outline and the horizon's chord, in two edges."""
+    crosses, *ends = _conic_crossings(ball.conic, n[:, None])
+    cut = crosses[0]
+    k0, k1, k2 = ball.conic
+    enter, leave = (np.where(cut, k0 + k1 * cos[0] + k2 * sin[0], 0.0) for cos, sin in ends)
+    centre = ball.to_world(ball.c)
+    middle = np.where(cut, _unit(centre - dot(n, centre) * n) * np.sqrt(dot(leave, leave)), 0.0)
+    p, q = np.stack([leave, middle], axis=1), np.stack([middle, enter], axis=1)
+    return Region(p, q, np.stack([n, n], axis=1), n[:, None], ball, np.ones(n.shape[1], bool))
+
+
+def sky_source(n):
+    """Region of all directions above the horizon of n (3, m); its circle in three edges."""
+    least = np.zeros_like(n)
+    least[np.argmin(np.abs(n), axis=0), np.arange(n.shape[1])] = 1.0
+    u = _unit(cross(least, n))
+    v = cross(n, u)
+    p = np.stack([u * np.cos(f) + v * np.sin(f) for f in (0.0, TURN / 3, 2 * TURN / 3)], axis=1)
+    return Region(p, np.roll(p, -1, axis=1), np.stack([n] * 3, axis=1), n[:, None], None, np.ones(n.shape[1], bool))
+
+
+def _edges_in_planes(p, q, planes, edge_planes, nudge):
+    """The part [lo, hi] (e, m) of each edge inside all planes, for edges that may coincide with a region's boundary.
+
+    nudge says where the edge is tested: INNER or OUTER, just on that side of it; BOTH, on both sides; EITHER, on one.
+    """
+    lo, hi = np.zeros(p.shape[1:]), np.ones(p.shape[1:])
+    length_p, length_q = np.sqrt(dot(p, p)), np.sqrt(dot(q, q))
+    for k in range(planes.shape[1]):
+        m = planes[:, k][:, None]
+        along = dot(edge_planes, m)
+        shift = COINCIDENT * {INNER: along, OUTER: -along, BOTH: -np.abs(along), EITHER: np.abs(along)}[nudge]
+        a, b = dot(m, p) + shift * length_p, dot(m, q) + shift * length_q
+        t = divide(a, a - b)
+        lo = np.where((a < 0) & (b >= 0), np.maximum(lo, t), lo)
+        hi = np.where((a >= 0) & (b < 0), np.minimum(hi, t), hi)
+        hi = np.where((a < 0) & (b < 0), -1.0, hi)
+    return lo, hi
+
+
+def _conic_crossings(conic, planes):
+    """Where the conic crosses each plane (3, p, m): a mask (p, m) and (cos f, sin f) on entering and on leaving."""
+    a0, a1, a2 = (dot(planes, k[:, None]) for k in conic)
+    rho2 = a1 * a1 + a2 * a2
+    reach = rho2 - a0 * a0
+    crosses = reach > 0
+    root = np.sqrt(np.where(crosses, reach, 0.0))
+    scale = np.where(crosses, 1 / np.where(crosses, rho2, 1.0), 0.0)
+    enter = (-a0 * a1 + a2 * root) * scale, (-a0 * a2 - a1 * root) * scale
+    leave = (-a0 * a1 - a2 * root) * scale, (-a0 * a2 + a1 * root) * scale
+    return crosses, enter, leave
+
+
+def _edges_in_ball(p, q, planes, ball):
+    """The part [lo, hi] (e, m) of each edge whose directions meet the ball: one interval, the cone being convex.
+
+    Found from the outline's crossings with the edge's plane, the very numbers that split the outline: a grazing
+    ball is then either on both or on neither, however rounding falls.
+    """
+    crosses, *ends = _conic_crossings(ball.conic, planes)
+    d = q - p
+    k0, k1, k2 = (k[:, None] for k in ball.conic)
+    first, last = np.full(p.shape[1:], 2.0), np.full(p.shape[1:], -1.0)
+    for cos, sin in ends:
+        r = k0 + k1 * cos + k2 * sin
+        along = cross(r, planes)
+        t = divide(dot(p, along), -dot(d, along))
+        valid = crosses & (t > 0) & (t < 1) & (dot(p + t * d, r) > 0)
+        first, last = np.where(valid & (t < first), t, first), np.where(valid & (t > last), t, last)
+    q_p, b_p = ball.form(p)
+    q_q, b_q = ball.form(q)
+    first = np.where((q_p > 0) & (b_p > 0), 0.0, first)
+    last = np.where((q_q > 0) & (b_q > 0), 1.0, last)
+    return np.where(crosses, first, 2.0), np.where(crosses, last, -1.0)
+
+
+def _edges_in(region, p, q, edge_planes, nudge):
+    lo, hi = _edges_in_planes(p, q, region.planes, edge_planes, nudge)
+    if region.ball is not None:
+        l, h = _edges_in_ball(p, q, edge_planes, region.ball)
+        lo, hi = np.maximum(lo, l), np.minimum(hi, h)
+    return lo, np.where(region.active, hi, -1.0)
+
+
+def _edge_pieces(n, p, q, planes, lo, hi, hidden):
+    """Contour integral (m,) over the parts of the edges in [lo, hi] outside the hidden intervals [(lo, hi), ...]."""
+    c = cross(p, q)
+    length = np.sqrt(dot(c, c))
+    d = q - p
+    pp, pd, dd = dot(p, p), dot(p, d), dot(d, d)
+    if hidden:
+        starts = np.stack([np.where(h > l, l, 1.0) for l, h in hidden])
+        ends = np.stack([np.where(h > l, h, 1.0) for l, h in hidden])
+        order = np.argsort(starts, axis=0)
+        starts, ends = np.take_along_axis(starts, order, 0), np.take_along_axis(ends, order, 0)
+        ends = np.maximum.accumulate(ends, axis=0)
+        a = np.concatenate([lo[None], np.maximum(ends, lo)])
+        b = np.concatenate([np.minimum(starts, hi), hi[None]])
+    else:
+        a, b = lo[None], hi[None]
+    angle = np.arctan2(np.maximum(b - a, 0.0) * length, pp + (a + b) * pd + a * b * dd)
+    angle = np.where(b > a, angle, 0.0).sum(axis=0)
+    return (angle * dot(n[:, None], planes)).sum(axis=0)
+
+
+def _conic_plane_breaks(conic, planes):
+    """Angles (2 p, m) where the conic crosses each plane; 0 where it does not."""
+    crosses, *ends = _conic_crossings(conic, planes)
+    return np.concatenate([np.where(crosses, np.arctan2(sin, cos), 0.0) for cos, sin in ends])
+
+
+def _conic_ball_breaks(ball, other):
+    """Angles (2 or 4, m) where the outline of `ball` crosses the outline of `other`."""
+    if ball.linear is None and other.linear is None:
+        # |r| = 1 on a circular cone, so that the other cone is the plane r . axis = cos
+        a0 = ball.cos * dot(ball.axis, other.axis) - other.cos
+        a1, a2 = ball.sin * dot(ball.u, other.axis), ball.sin * dot(ball.v, other.axis)
+        reach = a1 * a1 + a2 * a2 - a0 * a0
+        half, middle = np.arctan2(np.sqrt(np.maximum(reach, 0.0)), -a0), np.arctan2(a2, a1)
+        return np.where(reach > 0, np.stack([middle - half, middle + half]), 0.0)
+    k = [other.to_local(k) for k in ball.conic]
+    w = [cross(other.c, v) for v in k]
+
+    def form(i, j):
+        return dot(k[i], k[j]) - dot(w[i], w[j])
+
+    # Q(f) = s0 + s1 cos f + t1 sin f + s2 cos 2f + t2 sin 2f, as a quartic in z = exp(i f)
+    s0, s2, t2 = form(0, 0) + (form(1, 1) + form(2, 2)) / 2, (form(1, 1) - form(2, 2)) / 2, form(1, 2)
+    s1, t1 = 2 * form(0, 1), 2 * form(0, 2)
+    z4, z3 = (s2 - 1j * t2) / 2, (s1 - 1j * t1) / 2
+    lead = np.where(np.abs(z4) > 1e-14 * (np.abs(z3) + np.abs(s0) + 1e-300), z4, 1e-14 * (np.abs(z3) + np.abs(s0)) + 1e-300)
+    companion = np.zeros((len(s0), 4, 4), complex)
+    companion[:, 1, 0] = companion[:, 2, 1] = companion[:, 3, 2] = 1.0
+    for row, coefficient in enumerate((np.conj(z4), np.conj(z3), s0 + 0j, z3)):
+        companion[:, row, 3] = -coefficient / lead
+    return np.angle(np.linalg.eigvals(companion)).T
+
+
+def _inside(region, r):
+    """r (3, j, m) -> (j, m)"""
+    result = np.broadcast_to(region.active, r.shape[1:]).copy()
+    for k in range(region.planes.shape[1]):
+        result &= dot(region.planes[:, k][:, None], r) >= 0
+    if region.ball is not None:
+        q0, b0 = region.ball.form(r)
+        result &= (q0 > 0) & (b0 > 0)
+    return result
+
+
+def _conic_breaks(ball, region):
+    breaks = [_conic_plane_breaks(ball.conic, region.planes)]
+    if region.ball is not None:
+        breaks.append(_conic_ball_breaks(ball, region.ball))
+    return breaks
+
+
+def _arc_integral(n, ball, f0, f1):
+    """n . integral of r x dr over the outline from angle f0 to f1 >= f0; (j, m) -> (j, m)"""
+    if ball.linear is None:
+        nu, nv, na = dot(n, ball.u), dot(n, ball.v), dot(n, ball.axis)
+        wave = (np.cos(f1) - np.cos(f0)) * nv - (np.sin(f1) - np.sin(f0)) * nu
+        return ball.cos * ball.sin * wave + ball.sin**2 * (f1 - f0) * na
+    nodes, weights = gauss_legendre(CONIC_POINTS)
+    k0, k1, k2 = ball.conic
+    # n . (r x r') is a trigonometric polynomial: n . (k0 x k1), (k0 x k2), (k1 x k2)
+    n01, n02, n12 = dot(n, cross(k0, k1)), dot(n, cross(k0, k2)), dot(n, cross(k1, k2))
+    total = np.zeros_like(f0)
+    step = (f1 - f0) / CONIC_PARTS
+    for part in range(CONIC_PARTS):
+        for node, weight in zip(nodes, weights):
+            f = f0 + step * (part + node)
+            cos, sin = np.cos(f), np.sin(f)
+            r = [k0[i] + k1[i] * cos + k2[i] * sin for i in range(3)]
+            total += weight * step * (n12 - n01 * sin + n02 * cos) / (r[0] ** 2 + r[1] ** 2 + r[2] ** 2)
+    return total
+
+
+def _conic_pieces(n, ball, inside, outside):
+    """Contour integral (m,) over the parts of ball's outline inside one region and outside others."""
+    breaks = []
+    for region in [inside, *outside]:
+        breaks += _conic_breaks(ball, region)
+    breaks = np.concatenate([np.mod(b, TURN) for b in breaks])
+    breaks.sort(axis=0)
+    zero = np.zeros((1, breaks.shape[1]))
+    f0, f1 = np.concatenate([zero, breaks]), np.concatenate([breaks, zero + TURN])
+    middle = (f0 + f1) / 2
+    k0, k1, k2 = (k[:, None] for k in ball.conic)
+    r = k0 + k1 * np.cos(middle) + k2 * np.sin(middle)
+    keep = (f1 - f0 > 1e-15) & _inside(inside, r)
+    for region in outside:
+        keep &= ~_inside(region, r)
+    return np.where(keep, _arc_integral(n, ball, f0, f1), 0.0).sum(axis=0)
+
+
+def region_factor(n, source, occluders):
+    """Form factor (m,) from points with unit normals n (3, m) to source minus the union of occluders (Regions)."""
+    lo = np.zeros(source.p.shape[1:])
+    hidden = [_edges_in(o, source.p, source.q, source.edge_planes, INNER) for o in occluders]
+    total = _edge_pieces(n, source.p, source.q, source.edge_planes, lo, lo + 1.0, hidden)
+    if source.ball is not None:
+        horizon = Region(source.p, source.q, source.edge_planes, source.planes, None, source.active)
+        total += _conic_pieces(n, source.ball, horizon, occluders)
+    for k, occluder in enumerate(occluders):
+        others = occluders[:k] + occluders[k + 1 :]
+        if occluder.ball is not None:
+            total -= np.where(occluder.active, _conic_pieces(n, occluder.ball, source, others), 0.0)
+            continue
+        p, q, planes = occluder.p, occluder.q, occluder.edge_planes
+        lo, hi = _edges_in(source, p, q, planes, BOTH)
+        # of two coinciding edges on the same side the first occluder's counts; on opposite sides neither
+        hidden = [_edges_in(o, p, q, planes, EITHER if j < k else OUTER) for j, o in enumerate(others)]
+        total -= np.where(occluder.active, _edge_pieces(n, p, q, planes, lo, np.maximum(hi, lo), hidden), 0.0)
+    return np.where(source.active, np.maximum(total, 0.0), 0.0) / TURN

@@ -1,0 +1,441 @@
+"""What oriented points receive from sources, behind candidate occluders: pairs in, form factors out.
+
+Each (point, source) pair brings a list of candidate occluders. Here those that cannot hide anything are dropped,
+the order in depth is decided, and the rest goes to the exact contour integral in groups of like size.
+"""
+
+from collections import Counter
+
+import numpy as np
+
+from .closed_forms import dot, polygon_unoccluded, sphere_unoccluded
+from .quadrature import gauss_legendre
+from .regions import Ball, ball_region, ball_source, divide, polygon_region, region_factor, sky_source, transform
+from .scene import Sphere
+
+TOUCHING = 1e-9  # depth, relative to the shapes' size, up to which shapes that cross count as touching
+BATCH = 32768  # pairs whose candidates are sifted at once
+GROUP = 2048  # (pair, region) entries in one contour integral: fits the second-level cache
+SAMPLES = 24  # Gauss points a direction of the sampled fallback
+
+
+class ShapeTable:
+    """The scene's shapes as arrays, component first, for gathering per pair."""
+
+    def __init__(self, shapes):
+        count = len(shapes)
+        self.is_ball = np.array([isinstance(s, Sphere) for s in shapes])
+        self.origin = np.array([s.bounds[0] for s in shapes]).T.copy()
+        self.bound = np.array([s.bounds[1] for s in shapes])  # radius of a sphere about the origin
+        self.corners = np.zeros((3, 4, count))
+        self.linear, self.inverse = np.zeros((3, 3, count)), np.zeros((3, 3, count))
+        self.radius = np.zeros(count)  # of round balls; 0 for ellipsoids
+        for k, shape in enumerate(shapes):
+            if not self.is_ball[k]:
+                self.corners[:, :, k] = shape.corners.T
+                continue
+            # the unit ball is the same under any rotation of its own space: keep the symmetric factor of the map
+            u, axes, _ = np.linalg.svd(shape.linear)
+            self.linear[:, :, k] = (u * axes) @ u.T
+            self.inverse[:, :, k] = (u / axes) @ u.T
+            self.radius[k] = axes[0] if shape.is_round else 0.0
+
+    def ball(self, x, index):
+        """Ball of the shapes index (m,) relative to points x (3, m)."""
+        offset, radius = self.origin[:, index] - x, self.radius[index]
+        if (radius > 0).all():
+            return Ball(offset / radius, scale=1 / radius)
+        inverse = self.inverse[:, :, index]
+        return Ball(transform(inverse, offset), linear=self.linear[:, :, index], inverse=inverse)
+
+    def polygon(self, x, index):
+        """Corners (3, 4, m) of the shapes index (m,) relative to points x (3, m)."""
+        return self.corners[:, :, index] - x[:, None]
+
+
+def _closest_on_polygon(corners):
+    """Point (3, m) nearest the origin on parallelograms (3, 4, m)."""
+    c, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
+    uu, uv, vv, cu, cv = dot(u, u), dot(u, v), dot(v, v), dot(c, u), dot(c, v)
+    det = uu * vv - uv * uv
+    s, t = divide(uv * cv - vv * cu, det), divide(uv * cu - uu * cv, det)
+    inner = (s > 0) & (s < 1) & (t > 0) & (t < 1) & (det > 0)
+    edge = np.roll(corners, -1, axis=1) - corners
+    near = corners + np.clip(divide(-dot(corners, edge), dot(edge, edge)), 0.0, 1.0) * edge
+    best = np.take_along_axis(near, np.argmin(dot(near, near), axis=0)[None, None], axis=1)[:, 0]
+    return np.where(inner, c + s * u + t * v, best)
+
+
+def _order_ball_polygon(ball, corners):
+    """Of a ball and a polygon (3, 4, m), both relative to the point: (ball first, polygon first, they cross), (m,).
+
+    Disjoint convex bodies hide each other in one order only: the point's side of a separating plane tells which.
+    The plane used is the one at the polygon's point nearest the ball, in the space where the ball is round.
+    """
+    near = _closest_on_polygon(ball.points_to_local(corners) - ball.c[:, None])
+    distance2, side = dot(near, near), -dot(ball.c, near)
+    cross = distance2 < (1 - TOUCHING) ** 2
+    return ~cross & (side < distance2), ~cross & (side > distance2), cross
+
+
+def _order_balls(table, x, occluder, source):
+    """Of two balls: (the occluder first, they cross, the source inside the occluder), each (m,)."""
+    d = table.origin[:, occluder] - table.origin[:, source]
+    distance = np.sqrt(dot(d, d))
+    ro, rs = table.radius[occluder], table.radius[source]
+    do, ds = table.origin[:, occluder] - x, table.origin[:, source] - x
+    # the radical plane separates disjoint round balls: the one of less power is before the other
+    first = dot(do, do) - ro * ro < dot(ds, ds) - rs * rs
+    within = distance + rs <= ro * (1 + TOUCHING)
+    cross = (distance < (ro + rs) * (1 - TOUCHING)) & ~within & (distance + ro > rs * (1 + TOUCHING))
+    odd = (ro == 0) | (rs == 0)
+    if odd.any():
+        pick = np.nonzero(odd)[0]
+        first[pick], cross[pick], within[pick] = _order_ellipsoids(table, x[:, pick], occluder[pick], source[pick])
+    return first, cross, within
+
+
+def _order_ellipsoids(table, x, occluder, source):
+    """As _order_balls, from the order along directions that meet both; directions are tried between the centres."""
+    a, b = table.ball(x, occluder), table.ball(x, source)
+    steps = np.linspace(0.0, 1.0, 33)[:, None]
+    da, db = table.origin[:, occluder] - x, table.origin[:, source] - x
+    da, db = divide(da, np.sqrt(dot(da, da))), divide(db, np.sqrt(dot(db, db)))
+    r = da[:, None] * (1 - steps) + db[:, None] * steps
+    first, last = np.empty((2, *r.shape[1:])), np.empty((2, *r.shape[1:]))
+    for k, ball in enumerate((a, b)):
+        q, along = ball.form(r)
+        local = ball.to_local(r)
+        rr = dot(local, local)
+        if ball.linear is None:
+            q, along, rr = q * ball.scale**2, along * ball.scale, rr * ball.scale**2
+        root = np.sqrt(np.maximum(q, 0.0))
+        first[k] = np.where((q > 0) & (along > 0), (along - root) / rr, np.nan)
+        last[k] = (along + root) / rr
+    both = np.isfinite(first).all(axis=0)
+    cross = both & (np.maximum(first[0], first[1]) < np.minimum(last[0], last[1]) * (1 - TOUCHING))
+    within = (both & (first[0] <= first[1]) & (last[0] >= last[1])).any(axis=0) & (a.distance < 1)
+    return (both & (first[0] < first[1])).any(axis=0), cross.any(axis=0) & ~within, within
+
+
+class _Sifted:
+    """Which (pair, occluder) entries matter: active; pairs that get nothing: dark; pairs left to sampling: crossing."""
+
+    def __init__(self, count, entries):
+        self.active = np.zeros(entries, bool)
+        self.dark, self.crossing = np.zeros(count, bool), np.zeros(count, bool)
+
+
+def _may_overlap(table, x, n, occluder, centre, radius):
+    """(m,) False where the occluder is below the horizon or its bounding cone misses the source's."""
+    d = table.origin[:, occluder] - x
+    r = table.bound[occluder]
+    keep = dot(n, d) > -r
+    if centre is None:
+        return keep
+    e = centre - x
+    dd, ee = dot(d, d), dot(e, e)
+    outside = (dd > r * r) & (ee > radius * radius)
+    # angle between the axes against the sum of half angles: cos(axes) < cos(sum), everything times |d| |e|
+    cosine = np.sqrt(np.maximum(dd - r * r, 0.0) * np.maximum(ee - radius * radius, 0.0)) - r * radius
+    return keep & ~(outside & (dot(d, e) < cosine * (1 - 1e-9) - 1e-12 * np.sqrt(dd * ee)))
+
+
+def _sift(table, x, n, source, corners, pair, occluder, sky):
+    """Decide every (pair, occluder) entry; x, n, corners and source are per pair, pair and occluder per entry."""
+    sifted = _Sifted(x.shape[1], len(pair))
+    if corners is not None:
+        centre = (corners[:, 0] + corners[:, 2]) / 2
+        radius = np.sqrt(dot(corners - centre[:, None], corners - centre[:, None]).max(axis=0))
+        e = (centre + x)[:, pair], radius[pair]
+    elif sky:
+        e = None, None
+    else:
+        e = table.origin[:, source[pair]], table.bound[source[pair]]
+    keep = _may_overlap(table, x[:, pair], n[:, pair], occluder, *e) & (occluder != source[pair])
+    for is_ball, decide in ((True, _sift_balls), (False, _sift_polygons)):
+        entry = np.nonzero(keep & (table.is_ball[occluder] == is_ball))[0]
+        if len(entry):
+            p = pair[entry]
+            part = None if corners is None else corners[:, :, p]
+            decide(sifted, table, x[:, p], n[:, p], source[p], part, entry, p, occluder[entry], sky)
+    return sifted
+
+
+def _sift_balls(sifted, table, x, n, source, corners, entry, pair, occluder, sky):
+    ball = table.ball(x, occluder)
+    inside = ball.distance < 1 - TOUCHING
+    if corners is not None:
+        first, _, cross = _order_ball_polygon(ball, corners)
+        local = ball.points_to_local(corners) - ball.c[:, None]
+        within = dot(local, local).max(axis=0) <= (1 + TOUCHING) ** 2
+    elif sky:
+        first = np.ones(len(entry), bool)
+        within = cross = ~first
+        if source[0] >= 0:  # the inner side of a sphere: what is outside of it hides nothing
+            cross, beyond = _against_dome(table, source, ball_of=occluder)
+            first = ~beyond
+            within = beyond
+    else:
+        first, cross, within = _order_balls(table, x, occluder, source)
+    cross = cross & ~(within & inside)
+    np.logical_or.at(sifted.crossing, pair[cross], True)
+    np.logical_or.at(sifted.dark, pair[inside & ~within & ~cross], True)
+    sifted.active[entry] = first & ~cross & ~inside
+
+
+def _sift_polygons(sifted, table, x, n, source, corners, entry, pair, occluder, sky):
+    polygon = table.polygon(x, occluder)
+    normal = np.stack(np.cross(polygon[:, 1] - polygon[:, 0], polygon[:, 3] - polygon[:, 0], axis=0))
+    edge_on = np.abs(dot(normal, polygon[:, 0])) <= TOUCHING * np.sqrt(dot(normal, normal)) * table.bound[occluder]
+    keep = ~edge_on & (dot(n[:, None], polygon) > 0).any(axis=0)
+    # what has the point and the whole source on one side of its plane cannot come between them
+    slack = TOUCHING * table.bound[occluder]
+    if corners is not None:
+        keep &= _height_over(polygon, corners).min(axis=0) < -slack
+    elif not sky:
+        offset = (table.origin[:, source] - x)[:, None]
+        keep &= _height_over(polygon, offset)[0] < table.bound[source] - slack
+    cross = np.zeros(len(entry), bool)
+    if corners is not None:
+        height = _height_over(corners, polygon)
+        keep &= height.max(axis=0) > TOUCHING * table.bound[occluder]
+    elif sky:
+        if source[0] >= 0:
+            cross, beyond = _against_dome(table, source, polygon_of=occluder)
+            keep &= ~beyond
+    else:
+        _, first, cross = _order_ball_polygon(table.ball(x, source), polygon)
+        keep &= first | cross
+    cross &= keep
+    np.logical_or.at(sifted.crossing, pair[cross], True)
+    sifted.active[entry] = keep & ~cross
+
+
+def _height_over(corners, points):
+    """Heights (k, m) m of points (3, k, m) over the plane of corners (3, 4, m), positive on the origin's side."""
+    normal = np.stack(np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0], axis=0))
+    normal = divide(normal, np.sqrt(dot(normal, normal)))
+    offset = dot(normal, corners[:, 0])
+    return np.where(offset < 0, 1.0, -1.0) * (dot(normal[:, None], points) - offset)
+
+
+def _against_dome(table, dome, ball_of=None, polygon_of=None):
+    """Whether shapes cross the sphere dome (m,), and whether they lie outside it."""
+    index = polygon_of if ball_of is None else ball_of
+    inverse, centre = table.inverse[:, :, dome], table.origin[:, dome]
+    if ball_of is None:
+        local = transform(inverse, table.corners[:, :, index] - centre[:, None])
+        far = np.sqrt(dot(local, local).max(axis=0))
+        near = _closest_on_polygon(local)
+        near = np.sqrt(dot(near, near))
+    else:
+        local = transform(inverse, table.origin[:, index] - centre)
+        product = np.moveaxis(inverse, -1, 0) @ np.moveaxis(table.linear[:, :, index], -1, 0)
+        reach = np.linalg.norm(product, 2, axis=(1, 2))
+        distance = np.sqrt(dot(local, local))
+        far, near = distance + reach, distance - reach
+    beyond = (near >= 1 - TOUCHING) | (index == dome)
+    return ~beyond & (far > 1 + TOUCHING), beyond
+
+
+def _slots(pair, occluder, count, width):
+    """Entries (sorted by pair) as a table (count, width) of occluders padded with -1."""
+    first = np.searchsorted(pair, np.arange(count))
+    table = np.full((count, width), -1)
+    table[pair, np.arange(len(pair)) - first[pair]] = occluder
+    return table
+
+
+def _regions(table, x, corners, polygons, balls):
+    """Regions of the occluders, polygons (m, a) and balls (m, b) padded with -1."""
+    regions = []
+    for index in polygons.T:
+        polygon = table.polygon(x, np.maximum(index, 0) if (index >= 0).all() else _real(index))
+        height = np.ones(polygon.shape[1:]) if corners is None else _height_over(corners, polygon)
+        regions.append(polygon_region(polygon, height, index >= 0))
+    for index in balls.T:
+        regions.append(ball_region(table.ball(x, _real(index)), index >= 0))
+    return regions
+
+
+def _real(index):
+    """Padding replaced by some real entry of the same kind, so that it computes without special cases."""
+    return np.where(index >= 0, index, index.max())
+
+
+def _source(table, x, n, source, corners, sky):
+    if sky:
+        return sky_source(n)
+    if corners is None:
+        return ball_source(table.ball(x, source), n)
+    return polygon_region(corners, dot(n[:, None], corners), np.ones(len(source), bool), closing=n)
+
+
+def _unoccluded(table, x, n, source, corners, sky):
+    if sky:
+        return np.ones(x.shape[1])
+    if corners is not None:
+        return polygon_unoccluded(np.zeros_like(x.T), n.T, np.transpose(corners, (2, 1, 0)))
+    radius = table.radius[source]
+    out = sphere_unoccluded(x.T, n.T, table.origin[:, source].T, np.where(radius > 0, radius, table.bound[source]))
+    for part in _parts(np.nonzero(radius == 0)[0], GROUP):
+        out[part] = region_factor(n[:, part], ball_source(table.ball(x[:, part], source[part]), n[:, part]), [])
+    return out
+
+
+def _parts(index, size):
+    return [index[k : k + size] for k in range(0, len(index), size)]
+
+
+def visible_factors(table, points, normals, source, corners=None, occluders=None, sky=False, counts=None):
+    """Exact form factors (m,) from points (m, 3) m with unit normals (m, 3) to the visible part of their sources.
+
+    source (m,): shape indices. Planes: corners (m, 4, 3) m of the part that is the source. Balls: corners None,
+    seen from outside. sky: all directions, up to the inner side of sphere `source`, or without end where it is -1.
+    occluders (m, k): candidate shape indices padded with -1; may contain the source and shapes that hide nothing.
+    counts: a Counter that is told how many pairs were free, exact or sampled. Error about 1e-14, or that of
+    the sampled fallback (1e-3 of the factor) where shapes cross each other.
+    """
+    counts = Counter() if counts is None else counts
+    out = np.empty(len(points))
+    source = np.broadcast_to(np.asarray(source), len(points))
+    for start in range(0, len(points), BATCH):
+        part = slice(start, start + BATCH)
+        x, n = np.ascontiguousarray(points[part].T), np.ascontiguousarray(normals[part].T)
+        c = None if corners is None else np.ascontiguousarray(np.transpose(corners[part], (2, 1, 0))) - x[:, None]
+        candidates = None if occluders is None else occluders[part]
+        out[part] = _batch(table, x, n, source[part], c, candidates, sky, counts)
+    return out
+
+
+def _batch(table, x, n, source, corners, occluders, sky, counts):
+    m = x.shape[1]
+
+    def pick(index):
+        return x[:, index], n[:, index], source[index], None if corners is None else corners[:, :, index], sky
+
+    pair, slot = np.nonzero(occluders >= 0) if occluders is not None and occluders.size else (np.zeros(0, int),) * 2
+    if not len(pair):
+        counts["free"] += m
+        return _unoccluded(table, x, n, source, corners, sky)
+    occluder = occluders[pair, slot]
+    sifted = _sift(table, x, n, source, corners, pair, occluder, sky)
+    pair, occluder = pair[sifted.active], occluder[sifted.active]
+    balls = table.is_ball[occluder]
+    number = [np.bincount(pair[kind], minlength=m) for kind in (~balls, balls)]
+    slots = [_slots(pair[k], occluder[k], m, c.max(initial=0)) for k, c in zip((~balls, balls), number)]
+    out = np.zeros(m)
+    sampled, lit = sifted.crossing & ~sifted.dark, ~sifted.crossing & ~sifted.dark
+    free = np.nonzero(lit & (number[0] + number[1] == 0))[0]
+    out[free] = _unoccluded(table, *pick(free))
+    counts["free"] += len(free)
+    # like numbers of occluders together; beyond four rounded up, so that groups stay large
+    size = [np.where(c > 4, 2 ** np.ceil(np.log2(np.maximum(c, 1))).astype(int), c) for c in number]
+    key = np.where(lit & (number[0] + number[1] > 0), size[0] * 4096 + size[1], -1)
+    for value in np.unique(key[key >= 0]):
+        index = np.nonzero(key == value)[0]
+        a, b = value // 4096, value % 4096
+        counts["exact"] += len(index)
+        for group in _parts(index, max(GROUP // (1 + 2 * a + b), 64)):
+            xs, ns, *rest = pick(group)
+            regions = _regions(table, xs, rest[1], slots[0][group, :a], slots[1][group, :b])
+            out[group] = region_factor(ns, _source(table, xs, ns, *rest), regions)
+    index = np.nonzero(sampled)[0]
+    counts["sampled"] += len(index)
+    for group in _parts(index, 64):
+        out[group] = _sampled(table, *pick(group), occluders[group])
+    return out
+
+
+def segment_blocked(table, x, d, shape):
+    """Whether the open segment x + t d, 0 < t < 1, meets the shape; x, d (3, ..., m), shape (m,) -> (..., m)"""
+    blocked = np.zeros(np.broadcast_shapes(x.shape[1:], d.shape[1:]), bool)
+    is_ball = table.is_ball[shape]
+    for kind, meets in ((True, _meets_ball), (False, _meets_polygon)):
+        index = np.nonzero(is_ball == kind)[0]
+        if len(index):
+            blocked[..., index] = meets(table, x[..., index], d[..., index], shape[index])
+    return blocked
+
+
+def _spread(matrix, v):
+    """(3, 3, m) applied to (3, ..., m)."""
+    return np.stack([sum(matrix[i, j] * v[j] for j in range(3)) for i in range(3)])
+
+
+def _meets_ball(table, x, d, shape):
+    origin = table.origin[:, shape].reshape(3, *(1,) * (x.ndim - 2), -1)
+    inverse = table.inverse[:, :, shape]
+    p, d = _spread(inverse, x - origin), _spread(inverse, d)
+    a, b, c = dot(d, d), dot(p, d), dot(p, p) - 1
+    root = np.sqrt(np.maximum(b * b - a * c, 0.0))
+    near, far = divide(-b - root, a), divide(-b + root, a)
+    return (b * b > a * c) & (near < 1 - TOUCHING) & (far > TOUCHING)
+
+
+def _meets_polygon(table, x, d, shape):
+    corners = table.corners[:, :, shape]
+    one = (1,) * (x.ndim - 2)
+    c, u, v = (k.reshape(3, *one, -1) for k in (corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]))
+    normal = np.cross(u, v, axis=0)
+    t = divide(dot(normal, c - x), dot(normal, d))
+    p = x + t * d - c
+    nn = dot(normal, normal)
+    s, r = dot(np.cross(p, v, axis=0), normal) / nn, dot(np.cross(u, p, axis=0), normal) / nn
+    return (t > TOUCHING) & (t < 1 - TOUCHING) & (s >= 0) & (s <= 1) & (r >= 0) & (r <= 1)
+
+
+def _sampled(table, x, n, source, corners, sky, occluders):
+    """The fallback: a Gauss rule over the source with a segment test a sample."""
+    nodes, weights = gauss_legendre(SAMPLES)
+    s, t = (a.reshape(-1, 1) for a in np.meshgrid(nodes, nodes, indexing="ij"))
+    weight = np.outer(weights, weights).reshape(-1, 1)
+    m = x.shape[1]
+    if corners is not None:
+        u, v = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
+        d = corners[:, 0][:, None] + s * u[:, None] + t * v[:, None]
+        area = np.abs(dot(np.stack(np.cross(u, v, axis=0))[:, None], d)) * weight
+    elif sky:
+        frame = sky_source(n)
+        e, f = frame.p[:, 0], np.stack(np.cross(n, frame.p[:, 0], axis=0))
+        radius, angle = np.sqrt(s), 2 * np.pi * t
+        d = radius * np.cos(angle) * e[:, None] + radius * np.sin(angle) * f[:, None] + np.sqrt(1 - s) * n[:, None]
+        area = np.pi * weight
+    else:
+        d, area = _cap_samples(table, x, source, s, 2 * np.pi * t, weight)
+    dd = dot(d, d)
+    cosine = np.maximum(dot(n[:, None], d), 0.0)
+    kernel = np.broadcast_to(area, dd.shape).copy() if sky else cosine * area / dd**2
+    if sky:
+        d = d * _dome_distance(table, x, d, source)
+    for index in occluders.T:
+        valid = (index >= 0) & (index != source)
+        if valid.any():
+            blocked = segment_blocked(table, np.broadcast_to(x[:, None], d.shape), d, _real(index))
+            kernel[blocked & valid] = 0.0
+    total = kernel.sum(axis=0) / np.pi
+    return np.where(np.isfinite(total), total, 0.0).reshape(m)
+
+
+def _dome_distance(table, x, d, source):
+    """Where directions d (3, j, m) from inside meet sphere `source`; far away without one."""
+    if source[0] < 0:
+        return 4 * (table.bound.max() + np.abs(table.origin).max() + np.abs(x).max())
+    inverse = table.inverse[:, :, source]
+    p, e = _spread(inverse, (x - table.origin[:, source])[:, None]), _spread(inverse, d)
+    a, b, c = dot(e, e), dot(p, e), dot(p, p) - 1
+    return (-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a
+
+
+def _cap_samples(table, x, source, s, angle, weight):
+    """Offsets (3, j, m) to samples of the visible cap of balls and area element times cosine times |d| there."""
+    ball = table.ball(x, source)
+    z = ball.sin + (1 - ball.sin) * s  # cosine from the axis towards the point, in the ball's own space
+    radius = np.sqrt(np.maximum(1 - z * z, 0.0))
+    normal = -z * ball.axis[:, None] + radius * (np.cos(angle) * ball.u[:, None] + np.sin(angle) * ball.v[:, None])
+    linear = table.linear[:, :, source]
+    d = _spread(linear, ball.c[:, None] + normal)
+    determinant = np.linalg.det(np.moveaxis(linear, -1, 0))
+    area = determinant * _spread(np.moveaxis(table.inverse[:, :, source], 0, 1), normal)
+    return d, np.maximum(-dot(area, d), 0.0) * weight * 2 * np.pi * (1 - ball.sin)
