@@ -96,8 +96,8 @@ def sphere_unoccluded(points, normals, centres, radii):
     between = ~(above | below)
     h, c = h[between], c[between]
     x, s = np.sqrt((h - 1) * (h + 1)), np.sqrt((1 - c) * (1 + c))
-    y = np.clip(-x * divide(c, s), -1.0, 1.0)
-    root = np.sqrt((1 - y) * (1 + y))
+    # sqrt(1 - y^2) from c h, not from y: a sphere that touches the horizon is then exact to rounding
+    y, root = -x * c / s, np.sqrt((1 - c * h) * (1 + c * h)) / s
     angle = np.arctan2(root, y)
     out[between] = (c * angle - x * s * root) / (np.pi * h**2) + np.arctan2(s * root, x) / np.pi
     return out

@@ -16,6 +16,7 @@ from .scene import Sphere
 TOUCHING = 1e-9  # depth, relative to the shapes' size, up to which shapes that cross count as touching
 BATCH = 32768  # pairs whose candidates are sifted at once
 GROUP = 2048  # (pair, region) entries in one contour integral: fits the second-level cache
+ASCENT = 300  # steps towards a separating direction of two ellipsoids
 SAMPLES = 24  # Gauss points a direction of the sampled fallback
 
 
@@ -96,26 +97,37 @@ def _order_balls(table, x, occluder, source):
 
 
 def _order_ellipsoids(table, x, occluder, source):
-    """As _order_balls, from the order along directions that meet both; directions are tried between the centres."""
-    a, b = table.ball(x, occluder), table.ball(x, source)
-    steps = np.linspace(0.0, 1.0, 33)[:, None]
-    da, db = table.origin[:, occluder] - x, table.origin[:, source] - x
-    da, db = divide(da, np.sqrt(dot(da, da))), divide(db, np.sqrt(dot(db, db)))
-    r = da[:, None] * (1 - steps) + db[:, None] * steps
-    first, last = np.empty((2, *r.shape[1:])), np.empty((2, *r.shape[1:]))
-    for k, ball in enumerate((a, b)):
-        q, along = ball.form(r)
-        local = ball.to_local(r)
-        rr = dot(local, local)
-        if ball.linear is None:
-            q, along, rr = q * ball.scale**2, along * ball.scale, rr * ball.scale**2
-        root = np.sqrt(np.maximum(q, 0.0))
-        first[k] = np.where((q > 0) & (along > 0), (along - root) / rr, np.nan)
-        last[k] = (along + root) / rr
-    both = np.isfinite(first).all(axis=0)
-    cross = both & (np.maximum(first[0], first[1]) < np.minimum(last[0], last[1]) * (1 - TOUCHING))
-    within = (both & (first[0] <= first[1]) & (last[0] >= last[1])).any(axis=0) & (a.distance < 1)
-    return (both & (first[0] < first[1])).any(axis=0), cross.any(axis=0) & ~within, within
+    """As _order_balls for ellipsoids, from a separating plane of each pair of shapes."""
+    pairs, back = np.unique(np.stack([occluder, source]), axis=1, return_inverse=True)
+    normal, offset, gap, within = (a[..., back.ravel()] for a in _separate(table, *pairs))
+    return dot(normal, x) < offset, (gap < -TOUCHING) & ~within, within
+
+
+def _separate(table, a, b):
+    """Planes normal . x = offset with ellipsoid a (m,) below and b above, by the relative gap (m,) between them.
+
+    The gap w . (cb - ca) - |A^T w| - |B^T w| is concave in w; subgradient ascent with shrinking steps finds a
+    direction where it is positive if there is one. Where there is none the two cross, or b lies within a.
+    """
+    d = table.origin[:, b] - table.origin[:, a]
+    maps = table.linear[:, :, a], table.linear[:, :, b]
+    size = table.bound[a] + table.bound[b]
+    w = divide(d, np.sqrt(dot(d, d)))
+    best, best_gap = w, np.full(len(a), -np.inf)
+    for step in 1 / np.sqrt(1 + np.arange(ASCENT)):
+        pulled = [transform(m, w) for m in maps]
+        reach = [np.sqrt(dot(p, p)) for p in pulled]
+        gap = (dot(w, d) - reach[0] - reach[1]) / size
+        best, best_gap = np.where(gap > best_gap, w, best), np.maximum(gap, best_gap)
+        slope = (d - sum(transform(m, divide(p, r)) for m, p, r in zip(maps, pulled, reach))) / size
+        w = w + step * slope
+        w = divide(w, np.sqrt(dot(w, w)))
+    reach = [np.sqrt(dot(p, p)) for p in (transform(m, best) for m in maps)]
+    offset = dot(best, table.origin[:, a]) + reach[0] + best_gap * size / 2
+    centre = transform(table.inverse[:, :, a], d)
+    product = np.moveaxis(table.inverse[:, :, a], -1, 0) @ np.moveaxis(maps[1], -1, 0)
+    within = np.sqrt(dot(centre, centre)) + np.linalg.norm(product, 2, axis=(1, 2)) <= 1 + TOUCHING
+    return best, offset, best_gap, within
 
 
 class _Sifted:
