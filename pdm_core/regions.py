@@ -19,6 +19,7 @@ from .closed_forms import clip_edges, cross, divide, dot
 from .quadrature import gauss_legendre
 
 COINCIDENT = 1e-12  # sine of the angle below which two arcs count as one; the error made is of this size
+GRAZING = 1e-12
 INNER, OUTER, BOTH, EITHER = range(4)
 TURN = 2 * np.pi
 EDGE_ON = 1e-14  # of the cube of its reach: a polygon of less volume with the point is seen edge-on
@@ -170,7 +171,8 @@ def _conic_crossings(conic, planes):
     a0, a1, a2 = (dot(planes, k[:, None]) for k in conic)
     rho2 = a1 * a1 + a2 * a2
     reach = rho2 - a0 * a0
-    crosses = reach > 0
+    # a sliver too thin for its midpoint to be told from its edge is none: it would hold less than GRAZING ** 1.5
+    crosses = reach > GRAZING * rho2
     root = np.sqrt(np.where(crosses, reach, 0.0))
     scale = np.where(crosses, 1 / np.where(crosses, rho2, 1.0), 0.0)
     enter = (-a0 * a1 + a2 * root) * scale, (-a0 * a2 - a1 * root) * scale
