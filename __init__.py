@@ -1,0 +1,15 @@
+"""PDM Radiosity: diffuse light between exact planes and spheres, baked into vertex colours."""
+
+
+def register():
+    from . import operators, ui
+
+    operators.register()
+    ui.register()
+
+
+def unregister():
+    from . import operators, ui
+
+    ui.unregister()
+    operators.unregister()

@@ -1,0 +1,23 @@
+"""Everything that reads or writes Blender's data."""
+
+import bpy
+
+from . import command_line
+from .bake_operator import PDM_OT_bake, PDM_OT_scan
+from .settings import PDM_PG_scene
+
+CLASSES = (PDM_PG_scene, PDM_OT_bake, PDM_OT_scan)
+
+
+def register():
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.pdm_radiosity = bpy.props.PointerProperty(type=PDM_PG_scene)
+    command_line.register()
+
+
+def unregister():
+    command_line.unregister()
+    del bpy.types.Scene.pdm_radiosity
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,118 @@
+"""The bake: read the scene, solve it, evaluate the field at the vertices, write all colours or none."""
+
+import time
+from collections import namedtuple
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..pdm_core import solve_steps
+from .bake_points import bake_points
+from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
+from .read_scene import read_scene
+from .report import bake_report
+
+Stage = namedtuple("Stage", "text fraction error")  # error: the current estimated relative error
+
+FIRST_CHUNK = 512  # points of the first evaluation; the later ones are sized by what it took
+CHUNK_SECONDS = 0.04  # a window stays fluid when each takes about this long
+
+
+@dataclass(frozen=True)
+class BakeSettings:
+    """The properties of `bpy.ops.pdm.bake`; `objects` may also be a tuple of object names."""
+
+    objects: str | tuple = "ALL"
+    target_error: float = 1e-2
+    time_limit: float = 0.0  # s of solving, 0 none
+    attribute: str = "Radiosity"
+    quantity: str = "RADIANCE"
+    domain: str = "AUTO"
+    data_type: str = "FLOAT_COLOR"
+    exposure: float = 0.0  # stops
+
+
+def bake_steps(context, settings):
+    """Generator: yields Stage(text, fraction, error) often, returns the report (dict, see report.py).
+
+    Nothing in the file changes before the very end: closing the generator cancels. Raises BakeError, SceneError.
+    """
+    seconds = {}
+    check_name(settings.attribute)
+    yield Stage("Reading the scene", 0.0, np.inf)
+    with _timed(seconds, "read"):
+        reading = read_scene(context, settings.objects)
+        targets = _targets(reading, settings)
+        points = [bake_points(target, settings.domain) for target in targets]
+    with _timed(seconds, "solve"):
+        solution = yield from _solve(reading.scene, settings)
+    with _timed(seconds, "evaluate"):
+        values = yield from _evaluate(solution, points, settings)
+    with _timed(seconds, "write"):
+        items = [
+            Colours(target.name, p.domain, p.colours(v)) for target, p, v in zip(targets, points, values, strict=True)
+        ]
+        write_colours(items, settings.attribute, settings.data_type)
+    return bake_report(context, settings, reading, solution, items, seconds)
+
+
+def run(steps, progress=None):
+    """Drives a generator such as bake_steps to its end, calls progress(stage) at each, returns what it returns."""
+    while True:
+        try:
+            stage = next(steps)
+        except StopIteration as end:
+            return end.value
+        if progress:
+            progress(stage)
+
+
+@contextmanager
+def _timed(seconds, stage):
+    start = time.perf_counter()
+    yield
+    seconds[stage] = time.perf_counter() - start
+
+
+def _targets(reading, settings):
+    """The objects that receive colours, each checked before the work starts."""
+    targets = [o for o in reading.objects if o.bakeable]
+    if reading.scene is None or not targets:
+        reasons = [f"{name}: {reason}" for name, reason in reading.refused]
+        reasons += [f"{o.name}: {o.reason}" for o in reading.objects if not o.bakeable]
+        found = "; ".join(reasons[:3]) or "there is no visible mesh object"
+        raise BakeError(f"Nothing to bake: add a UV sphere, plane or box, or select one ({found})")
+    for target in targets:
+        check_target(target.object, settings.attribute)
+    return targets
+
+
+def _solve(scene, settings):
+    steps = solve_steps(scene, settings.target_error, settings.time_limit or None)
+    while True:
+        try:
+            progress = next(steps)
+        except StopIteration as end:
+            return end.value
+        yield Stage("Solving", progress.fraction, progress.error)
+
+
+def _evaluate(solution, points, settings):
+    """[(k, 3) float64 a bake object]: the field where each is read off, times the exposure."""
+    field = solution.radiance if settings.quantity == "RADIANCE" else solution.incident
+    total, done, chunk = sum(len(p.points) for p in points), 0, FIRST_CHUNK
+    values = [np.empty((len(p.points), 3)) for p in points]
+    for p, out in zip(points, values, strict=True):
+        for surface, start, stop in p.runs:
+            while start < stop:
+                begun = time.perf_counter()
+                end = min(start + chunk, stop)
+                out[start:end] = field(surface, p.points[start:end])
+                done += end - start
+                speed = (end - start) / max(time.perf_counter() - begun, 1e-6)
+                chunk = int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, 64 * FIRST_CHUNK))
+                start = end
+                yield Stage("Evaluating vertices", done / total, solution.error)
+        out *= 2.0**settings.exposure
+    return values

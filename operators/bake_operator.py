@@ -1,0 +1,119 @@
+"""`bpy.ops.pdm.bake` and `bpy.ops.pdm.scan`: at once in scripts, in slices with a progress bar in a window."""
+
+import json
+import time
+
+from bpy.types import Operator
+
+from ..pdm_core import SceneError
+from .bake import BakeSettings, bake_steps, run
+from .colour_attribute import BakeError
+from .read_scene import read_scene
+from .report import one_line, scan_result
+from .settings import SETTING_NAMES, BakeProperties
+
+TICK = 0.02  # s between timer events
+SLICE = 0.05  # s of work at each
+NAVIGATION = set("MOUSEMOVE MIDDLEMOUSE WHEELUPMOUSE WHEELDOWNMOUSE TRACKPADPAN TRACKPADZOOM MOUSEROTATE".split())
+
+
+class PDM_OT_bake(BakeProperties, Operator):
+    """Solve the light between UV spheres, planes and boxes, and write it to a colour attribute"""
+
+    bl_idname = "pdm.bake"
+    bl_label = "Bake Radiosity"
+    bl_options = {"REGISTER", "UNDO"}
+
+    stage = None  # the running bake's Stage, for the sidebar; on the class: one bake runs at a time
+
+    @classmethod
+    def poll(cls, context):
+        if cls.stage is not None:
+            cls.poll_message_set("A bake is running")
+        return cls.stage is None and context.scene is not None
+
+    def execute(self, context):
+        try:
+            report = run(bake_steps(context, self.settings()))
+        except (BakeError, SceneError) as error:
+            return self.fail(error)
+        return self.finish(context, report)
+
+    def invoke(self, context, event):
+        self.steps = bake_steps(context, self.settings())
+        self.timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            self.cancel(context)
+            self.report({"INFO"}, "Bake cancelled, nothing was changed")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            # looking around is allowed, editing the scene under the bake is not
+            return {"PASS_THROUGH" if event.type in NAVIGATION else "RUNNING_MODAL"}
+        try:
+            self.advance(context)
+        except StopIteration as end:
+            self.cancel(context)
+            return self.finish(context, end.value)
+        except (BakeError, SceneError) as error:
+            self.cancel(context)
+            return self.fail(error)
+        except BaseException:
+            self.cancel(context)
+            raise
+        return {"RUNNING_MODAL"}
+
+    def advance(self, context):
+        """One slice of the work; StopIteration carries the report."""
+        until = time.perf_counter() + SLICE
+        while time.perf_counter() < until:
+            PDM_OT_bake.stage = next(self.steps)
+        redraw_sidebars(context)
+
+    def cancel(self, context):
+        """Also called by Blender, when the window closes or another file is loaded."""
+        self.steps.close()
+        context.window_manager.event_timer_remove(self.timer)
+        PDM_OT_bake.stage = None
+        redraw_sidebars(context)
+
+    def settings(self):
+        return BakeSettings(**{name: getattr(self, name) for name in SETTING_NAMES})
+
+    def finish(self, context, report):
+        context.scene.pdm_radiosity.last_report = json.dumps(report)
+        for warning in report["warnings"]:
+            self.report({"WARNING"}, warning)
+        self.report({"INFO"}, one_line(report))
+        return {"FINISHED"}
+
+    def fail(self, error):
+        self.report({"ERROR"}, str(error))
+        return {"CANCELLED"}
+
+
+class PDM_OT_scan(Operator):
+    """List which objects take part in the bake and which do not, with the reason"""
+
+    bl_idname = "pdm.scan"
+    bl_label = "Scan Scene"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        scan = scan_result(read_scene(context))
+        context.scene.pdm_radiosity.last_scan = json.dumps(scan)
+        self.report({"INFO"}, f"{len(scan['objects'])} objects recognised, {len(scan['refused'])} refused")
+        return {"FINISHED"}
+
+
+def redraw_sidebars(context):
+    """Only the sidebar: a whole viewport takes longer to draw than a slice."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()

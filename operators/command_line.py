@@ -1,0 +1,156 @@
+"""`blender -b scene.blend --command pdm bake ...`, and main() for a script that only has the bpy wheel."""
+
+import argparse
+import json
+import os
+import sys
+import time
+
+import bpy
+
+from ..pdm_core import SceneError
+from .bake import BakeSettings, bake_steps, run
+from .colour_attribute import BakeError
+from .render_image import render_image
+from .report import one_line, percent, version
+from .settings import SETTING_NAMES, BakeProperties
+
+DONE, FAILED, USAGE = 0, 1, 2
+PROGRESS_SECONDS = 0.5  # between two lines on stderr
+
+_commands = []
+
+
+def register():
+    _commands.append(bpy.utils.register_cli_command("pdm", main))
+
+
+def unregister():
+    while _commands:
+        bpy.utils.unregister_cli_command(_commands.pop())
+
+
+def main(argv):
+    """argv: the words after `pdm`. Works on the file that is open. Returns 0 done, 1 failed, 2 wrong usage."""
+    try:
+        options = _parse(argv)
+    except SystemExit as stop:
+        return USAGE if stop.code else DONE
+    if not os.path.isfile(bpy.data.filepath):
+        return _fail("no .blend file was loaded; name one that exists before --command", FAILED)
+    try:
+        _bake(options)
+    except (BakeError, SceneError, OSError, RuntimeError) as error:
+        return _fail(error, FAILED)
+    return DONE
+
+
+def _bake(options):
+    context = bpy.context
+    settings = BakeSettings(**{name: getattr(options, name) for name in SETTING_NAMES})
+    report = run(bake_steps(context, settings), _Progress())
+    context.scene.pdm_radiosity.last_report = json.dumps(report)
+    if options.output:
+        bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath(options.output), copy=True)
+    if options.image:
+        render_image(context, settings.attribute, os.path.abspath(options.image))
+    if options.report:
+        with open(options.report, "w", encoding="utf-8") as file:
+            json.dump(report, file, indent=1, allow_nan=False)
+    for entry in report["refused"]:
+        print(f"pdm: refused {entry['name']}: {entry['reason']}", file=sys.stderr)
+    for warning in report["warnings"]:
+        print(f"pdm: warning: {warning}", file=sys.stderr)
+    print(one_line(report))
+
+
+class _Progress:
+    """Lines on stderr, at most a few a second."""
+
+    def __init__(self):
+        self.text, self.next = None, 0.0
+
+    def __call__(self, stage):
+        now = time.perf_counter()
+        if stage.text == self.text and now < self.next:
+            return
+        self.text, self.next = stage.text, now + PROGRESS_SECONDS
+        print(
+            f"pdm: {stage.text} {100 * stage.fraction:3.0f} %, error {percent(stage.error)}",
+            file=sys.stderr,
+            flush=True,
+        )
+
+
+def _fail(error, code):
+    print(f"pdm: error: {error}", file=sys.stderr)
+    return code
+
+
+def _parse(argv):
+    """The options, checked before any work; SystemExit as argparse raises it."""
+    options = _parser().parse_args(argv)
+    paths = [path for path in (options.output, options.report, options.image) if path]
+    if not paths:
+        options.usage_error("nothing would be written; give --output, --report or --image")
+    for path in paths:
+        folder = os.path.dirname(os.path.abspath(path))
+        if not os.path.isdir(folder):
+            options.usage_error(f"the folder {folder} does not exist; make it first")
+    if options.objects != "ALL":
+        options.objects = tuple(options.objects)
+    return options
+
+
+def _parser():
+    parser = argparse.ArgumentParser(
+        prog="blender -b SCENE.blend --command pdm",
+        description=f"PDM Radiosity {version()}: diffuse light on exact planes and spheres, baked into vertex colours.",
+    )
+    bake = parser.add_subparsers(dest="command", required=True, metavar="COMMAND").add_parser(
+        "bake",
+        help="bake the loaded file",
+        description="Bakes the loaded file's scene. The file itself changes only if --output names it.",
+        epilog="Exit code: 0 done, 1 failed, 2 wrong usage. Progress goes to stderr.",
+    )
+    bake.add_argument("--objects", nargs="+", metavar="NAME", default="ALL", help="bake only these; all light")
+    bake.add_argument(
+        "--target-error", type=_number(0, 1), default=0.01, metavar="E", help="relative error, default 0.01"
+    )
+    bake.add_argument("--time-limit", type=_number(0), default=0.0, metavar="S", help="seconds of solving, 0 no limit")
+    bake.add_argument("--attribute", default="Radiosity", metavar="NAME", help="colour attribute, default Radiosity")
+    for name in ("quantity", "domain", "data_type"):
+        keywords = BakeProperties.__annotations__[name].keywords
+        choices = [item[0] for item in keywords["items"]]
+        bake.add_argument(
+            f"--{name.replace('_', '-')}",
+            type=str.upper,
+            choices=choices,
+            default=keywords["default"],
+            help=f"{keywords['description']}; default {keywords['default']}",
+        )
+    bake.add_argument("--exposure", type=_number(-32, 32), default=0.0, metavar="STOPS", help="colours times 2^STOPS")
+    bake.add_argument("--output", type=_ending(".blend"), metavar="FILE.blend", help="save the baked file here")
+    bake.add_argument("--report", metavar="FILE.json", help="write the report here")
+    bake.add_argument("--image", type=_ending(".png"), metavar="FILE.png", help="render the baked scene (Cycles, CPU)")
+    bake.set_defaults(usage_error=bake.error)
+    return parser
+
+
+def _number(low, high=float("inf")):
+    def number(text):
+        value = float(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text} is not between {low} and {high}")
+        return value
+
+    return number
+
+
+def _ending(suffix):
+    def path(text):
+        if not text.lower().endswith(suffix):
+            raise argparse.ArgumentTypeError(f"{text!r} must end in {suffix}")
+        return text
+
+    return path

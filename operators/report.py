@@ -1,0 +1,124 @@
+"""The report of a bake: a dict for JSON, and its one line."""
+
+import math
+import tomllib
+from dataclasses import asdict
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+MANIFEST = Path(__file__).parents[1] / "blender_manifest.toml"
+
+
+def bake_report(context, settings, reading, solution, items, seconds):
+    """dict of plain JSON types (infinite and undefined numbers are None).
+
+    versions {extension, blender, numpy}; file, scene; settings (those of bpy.ops.pdm.bake)
+    objects [{name, kind, baked, reason, domain, vertices}]: every recognised object; domain and vertices where baked
+    refused [{name, reason}]; warnings [text]
+    vertices: how many the baked meshes have; colours: how many values were written to points or corners
+    error: estimated relative error of the radiance; error_parts {name: part}; history [[seconds, error]]
+    seconds {read, solve, evaluate, write, total}; plan [text]; counts {name: number}
+    """
+    written = {item.object_name: item for item in items}
+    objects = [_object_entry(o, written.get(o.name)) for o in reading.objects]
+    warnings = list(reading.warnings) + list(solution.warnings) + _own_warnings(settings, solution, items)
+    report = {
+        "versions": {"extension": version(), "blender": bpy.app.version_string, "numpy": np.__version__},
+        "file": bpy.data.filepath,
+        "scene": context.scene.name,
+        "settings": asdict(settings),
+        "objects": objects,
+        "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
+        "warnings": warnings,
+        "vertices": sum(entry["vertices"] for entry in objects),
+        "colours": sum(len(item.colours) for item in items),
+        "error": solution.error,
+        "error_parts": dict(solution.error_parts),
+        "history": [list(entry) for entry in solution.history],
+        "seconds": {**seconds, "total": sum(seconds.values())},
+        "plan": list(solution.plan.lines),
+        "counts": dict(solution.counts),
+    }
+    return _plain(report)
+
+
+def scan_result(reading):
+    """What the sidebar lists before a bake: the same `objects`, `refused` and `warnings` as in a report."""
+    return {
+        "objects": [_object_entry(o, None) for o in reading.objects],
+        "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
+        "warnings": list(reading.warnings),
+    }
+
+
+def one_line(report):
+    """What was done, for the status bar and the terminal."""
+    baked = sum(entry["baked"] for entry in report["objects"])
+    text = (
+        f"Baked {counted(baked, 'object')}, {counted(report['vertices'], 'vertex', 'vertices')}: "
+        f"estimated error {percent(report['error'])}, {report['seconds']['total']:.2f} s"
+    )
+    extra = [
+        (len(report["refused"]), "object refused", "objects refused"),
+        (len(report["warnings"]), "warning", "warnings"),
+    ]
+    return "; ".join([text, *(counted(n, one, many) for n, one, many in extra if n)])
+
+
+def percent(error):
+    """A relative error as text; None and inf are unknown."""
+    return "unknown" if error is None or not math.isfinite(error) else f"{100 * error:.2g} %"
+
+
+def counted(number, one, many=None):
+    """1 object, 2,000 objects"""
+    return f"{number:,} {one if number == 1 else many or one + 's'}"
+
+
+def version():
+    """The extension's version, from its manifest."""
+    return tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"]
+
+
+def _object_entry(read, item):
+    return {
+        "name": read.name,
+        "kind": read.kind,
+        "baked": item is not None,
+        "reason": read.reason,
+        "domain": item.domain if item else "",
+        "vertices": len(read.object.data.vertices) if item else 0,
+    }
+
+
+def _own_warnings(settings, solution, items):
+    warnings = []
+    if not solution.error <= settings.target_error:
+        warnings.append(
+            f"The estimated error is {percent(solution.error)}, above the target of {percent(settings.target_error)}; "
+            "raise the time limit or the target error"
+        )
+    if settings.data_type == "BYTE_COLOR":
+        clipped = {item.object_name: int((item.colours[:, :3] > 1).any(axis=1).sum()) for item in items}
+        if any(clipped.values()):
+            names = ", ".join(name for name, count in clipped.items() if count)
+            warnings.append(
+                f"{counted(sum(clipped.values()), 'colour')} above 1 clipped in bytes ({names}); "
+                "lower the exposure or use float colours"
+            )
+    return warnings
+
+
+def _plain(value):
+    """numpy scalars and containers as JSON's own types."""
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,116 @@
+"""The settings of a bake: one definition for the operator, the sidebar and the command line."""
+
+import json
+
+from bpy.props import EnumProperty, FloatProperty, StringProperty
+from bpy.types import PropertyGroup
+
+
+class BakeProperties:
+    """Mixed into whatever holds the settings."""
+
+    objects: EnumProperty(
+        name="Objects",
+        description="Which objects receive colours. Every recognised object lights the others either way",
+        items=[
+            ("ALL", "All", "Every recognised object"),
+            ("SELECTED", "Selected", "The recognised objects among those selected"),
+        ],
+        default="ALL",
+    )
+    target_error: FloatProperty(
+        name="Target Error",
+        description=(
+            "Relative error of the indirect and direct light at which the solver stops: 0.01 is 1 % of the mean, "
+            "halving it costs about twice the time"
+        ),
+        default=0.01,
+        min=1e-6,
+        max=1.0,
+        soft_min=1e-3,
+        soft_max=0.1,
+        precision=4,
+        step=0.1,
+    )
+    time_limit: FloatProperty(
+        name="Time Limit",
+        description=(
+            "Seconds after which solving stops with the best result so far and its estimated error. 0 sets no limit"
+        ),
+        default=0.0,
+        min=0.0,
+        soft_max=600.0,
+        step=100,
+    )
+    attribute: StringProperty(
+        name="Attribute",
+        description="Name of the colour attribute to write. One of the same name is replaced, no other is touched",
+        default="Radiosity",
+    )
+    quantity: EnumProperty(
+        name="Quantity",
+        description="What the colours mean",
+        items=[
+            ("RADIANCE", "Radiance", "What a camera sees: emission and reflected light, with the surface's own colour"),
+            (
+                "IRRADIANCE",
+                "Irradiance",
+                "Arriving light (irradiance / pi), without the surface's own colour and emission: multiply it by a "
+                "texture",
+            ),
+        ],
+        default="RADIANCE",
+    )
+    domain: EnumProperty(
+        name="Domain",
+        description="Where the colours are stored",
+        items=[
+            ("AUTO", "Automatic", "Per point where one smooth surface covers the object, else per face corner"),
+            ("POINT", "Point", "One colour a vertex; where surfaces meet in an edge, their mean"),
+            ("CORNER", "Face Corner", "One colour a face corner: hard edges stay hard"),
+        ],
+        default="AUTO",
+    )
+    data_type: EnumProperty(
+        name="Data Type",
+        description="How the colours are stored",
+        items=[
+            ("FLOAT_COLOR", "Color", "Linear floating point, any brightness"),
+            ("BYTE_COLOR", "Byte Color", "8 bits a channel, values above 1 are clipped (and counted)"),
+        ],
+        default="FLOAT_COLOR",
+    )
+    exposure: FloatProperty(
+        name="Exposure",
+        description="Stops: the colours are multiplied by 2 to the power of this. 0 keeps the physical values",
+        default=0.0,
+        min=-32.0,
+        max=32.0,
+        soft_min=-10.0,
+        soft_max=10.0,
+        step=10,
+    )
+
+
+SETTING_NAMES = tuple(BakeProperties.__annotations__)
+
+
+class PDM_PG_scene(BakeProperties, PropertyGroup):
+    """`scene.pdm_radiosity`: the sidebar's settings, and what was last found and done, saved with the file."""
+
+    last_report: StringProperty(
+        name="Last Report",
+        description="The report of the last bake of this scene as JSON, the same as --report writes",
+    )
+    last_scan: StringProperty(
+        name="Last Scan",
+        description="The objects recognised and refused in this scene when last looked at, as JSON",
+    )
+
+    def report(self):
+        """The last bake's report as a dict, or None."""
+        return json.loads(self.last_report) if self.last_report else None
+
+    def scan(self):
+        """The last scan as a dict with `objects`, `refused` and `warnings`, or None."""
+        return json.loads(self.last_scan) if self.last_scan else None

@@ -1,0 +1,196 @@
+"""What the Makefile calls: finds Pythons, makes virtual environments in build/, builds the zip, runs tests and demo.
+
+    python tests/run.py test | zip | demo | lint | bench [benchmark arguments]
+
+Runs on any Python 3.8 or newer. A Python that is missing is said loudly and its tests count as skipped; with CI=true
+in the environment they count as failed.
+"""
+
+import contextlib
+import glob
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILD = ROOT / "build"
+TESTS = ["pytest", "hypothesis"]
+CORE = {"core-numpy-1.26": ("3.11", ["numpy==1.26.*", *TESTS]), "core-numpy-newest": ("3.13", ["numpy", *TESTS])}
+BLENDER = {  # each wheel fits one Python
+    "blender-4.2": ("3.11", ["bpy==4.2.*", *TESTS]),
+    "blender-4.5": ("3.11", ["bpy==4.5.*", *TESTS]),
+    "blender-5.2": ("3.13", ["bpy==5.2.*", *TESTS]),
+}
+SUITE_SECONDS = 1800  # a Blender that hangs at exit must not hang the run
+
+
+def main(words):
+    command, *rest = words or [""]
+    commands = {"test": test, "zip": make_zip, "demo": demo, "lint": lint, "bench": bench}
+    if command not in commands:
+        print(__doc__)
+        return 2
+    BUILD.mkdir(exist_ok=True)
+    return commands[command](*rest)
+
+
+def test():
+    """Every suite; the last line is the totals alone."""
+    totals = dict.fromkeys(("passed", "failed", "skipped"), 0)
+    for name in CORE:
+        add(totals, run_suite(name, ["tests/core"], dict(os.environ)))
+    try:
+        package = build_zip()
+    except MissingPython as missing:
+        add(totals, {say_missing("the Blender suites", missing): len(BLENDER)})
+    else:
+        for name in BLENDER:
+            with fresh_blender(package) as environment:
+                add(totals, run_suite(name, ["tests/blender"], environment))
+    print("\n{passed} passed, {failed} failed, {skipped} skipped".format(**totals))
+    return 1 if totals["failed"] or not totals["passed"] else 0
+
+
+def make_zip():
+    print(build_zip())
+    return 0
+
+
+def demo():
+    """Both demo rooms through the installed zip, on the newest Blender whose Python is here."""
+    name, python = first_blender()
+    with fresh_blender(build_zip()) as environment:
+        return subprocess.run([python, "tests/demo/bake_rooms.py"], cwd=ROOT, env=environment).returncode
+
+
+def lint():
+    python = venv("lint", "3.13", ["ruff"]) if find_python("3.13") else venv("lint", "3.11", ["ruff"])
+    return subprocess.run([python, "-m", "ruff", "check", "."], cwd=ROOT).returncode
+
+
+def bench(*arguments):
+    python = first_blender()[1]
+    with fresh_blender(build_zip()) as environment:
+        return subprocess.run([python, "tests/benchmarks/run.py", *arguments], cwd=ROOT, env=environment).returncode
+
+
+class MissingPython(Exception):
+    """The Python of that version was not found."""
+
+
+def find_python(version):
+    """The path of a working interpreter of `version` ("3.11"), or None."""
+    pyenv = os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv"
+    installed = sorted(glob.glob(f"{pyenv}/versions/{version}*/bin/python"), reverse=True)
+    for candidate in [f"python{version}", "python3", "python", *installed, sys.executable]:
+        try:
+            # a version manager's shim may stand on PATH and only say "not found"; venv may be packaged apart
+            asked = "import sys, venv, ensurepip; print('%d.%d' % sys.version_info[:2]); print(sys.executable)"
+            found = subprocess.run([candidate, "-c", asked], capture_output=True, text=True)
+        except OSError:
+            continue
+        answer = found.stdout.split("\n")
+        if found.returncode == 0 and answer[0] == version:
+            return answer[1]
+    return None
+
+
+def venv(name, version, packages):
+    """The interpreter of build/venv/`name` with `packages`, made anew if they changed."""
+    folder = BUILD / "venv" / name
+    stamp = folder / "packages.txt"
+    python = folder / "bin" / "python"
+    wanted = f"{version} {' '.join(packages)}\n"
+    if stamp.is_file() and stamp.read_text() == wanted:
+        return str(python)
+    base = find_python(version)
+    if base is None:
+        raise MissingPython(version)
+    shutil.rmtree(folder, ignore_errors=True)
+    print(f"making {folder.relative_to(ROOT)}: Python {version}, {', '.join(packages)}", flush=True)
+    subprocess.run([base, "-m", "venv", str(folder)], check=True)
+    subprocess.run([str(python), "-m", "pip", "install", "--quiet", *packages], check=True)
+    stamp.write_text(wanted)
+    return str(python)
+
+
+def first_blender():
+    """(name, python) of the newest Blender whose Python is here."""
+    for name, (version, packages) in reversed(BLENDER.items()):
+        try:
+            return name, venv(name, version, packages)
+        except MissingPython as missing:
+            say_missing(name, missing)
+    raise SystemExit("no Python 3.13 or 3.11 was found; install one")
+
+
+def build_zip():
+    """Builds and validates the extension with Blender's own tool; returns the zip's path."""
+    python = first_blender()[1]
+    tool = next(Path(python).parents[1].glob("lib/**/blender_ext.py"))
+    folder = BUILD / "zip"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    run_tool = [python, str(tool)]
+    subprocess.run([*run_tool, "build", "--source-dir", str(ROOT), "--output-dir", str(folder)], check=True)
+    (package,) = folder.glob("*.zip")
+    subprocess.run([*run_tool, "validate", str(package)], check=True)
+    return package
+
+
+@contextlib.contextmanager
+def fresh_blender(package):
+    """An environment whose Blender has no configuration yet, and where tests find the zip."""
+    with tempfile.TemporaryDirectory() as folder:
+        yield {**os.environ, "BLENDER_USER_RESOURCES": folder, "PDM_ZIP": str(package)}
+
+
+def run_suite(name, paths, environment):
+    """Runs pytest in the suite's own interpreter and process; returns {"passed": n, "failed": n, "skipped": n}."""
+    version, packages = {**CORE, **BLENDER}[name]
+    try:
+        python = venv(name, version, packages)
+    except MissingPython as missing:
+        return {say_missing(name, missing): 1}
+    print(f"\n=== {name}, Python {version}", flush=True)
+    result = BUILD / f"test-{name}.xml"
+    result.unlink(missing_ok=True)
+    words = [python, "-m", "pytest", "-q", "-c", "tests/pytest.ini", f"--junitxml={result}", *paths]
+    try:
+        code = subprocess.run(words, cwd=ROOT, env=environment, timeout=SUITE_SECONDS).returncode
+    except subprocess.TimeoutExpired:
+        code = "timeout"
+    counts = read_counts(result) if result.is_file() else {"passed": 0, "failed": 0, "skipped": 0}
+    if code != 0 and not counts["failed"]:
+        print(f"!!! {name} ended with {code} although no test failed", flush=True)
+        counts["failed"] = 1
+    return counts
+
+
+def read_counts(path):
+    suites = [suite.attrib for suite in ElementTree.parse(path).iter("testsuite")]
+    tests, failures, errors, skipped = (
+        sum(int(s[key]) for s in suites) for key in ("tests", "failures", "errors", "skipped")
+    )
+    failed = failures + errors
+    return {"passed": tests - failed - skipped, "failed": failed, "skipped": skipped}
+
+
+def say_missing(what, version):
+    """Says it and returns what it counts as."""
+    counts_as = "failed" if os.environ.get("CI") == "true" else "skipped"
+    print(f"\n!!! Python {version} was not found: {what} cannot run and counts as {counts_as}", flush=True)
+    return counts_as
+
+
+def add(totals, counts):
+    for key, number in counts.items():
+        totals[key] += number
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
