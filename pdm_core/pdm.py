@@ -9,24 +9,31 @@ from .view import ShapeTable, segment_blocked
 SEGMENTS_AT_ONCE = 1 << 18
 
 
-def patch_samples(surface, divisions, points):
-    """Gauss points of a surface divided into equal rectangles of its parameter domain.
+def parametric(surface, st):
+    """Points (n, 3) m of a surface at parameters (n, 2) in the unit square, and area vectors dP/ds x dP/dt (n, 3) m^2.
 
-    -> points (n, 3) m and area vectors (n, 3) m^2, the unnormalised normals dP/ds x dP/dt times weight, out of the side
+    A plane's are its own; a sphere's are (theta / pi, phi / 2 pi), theta from the pole, as in the paper. The area
+    vectors point out of the side.
     """
+    s, t = st.T
+    shape = surface.shape
+    if isinstance(shape, Plane):
+        area = np.broadcast_to(surface.sign * np.cross(shape.u, shape.v), (len(st), 3))
+        return shape.world(np.column_stack([s, t, 0 * s])), area
+    theta, phi = np.pi * s, 2 * np.pi * t
+    local = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    area = 2 * np.pi**2 * np.sin(theta)[:, None] * local
+    cofactor = abs(np.linalg.det(shape.linear)) * shape.inverse
+    return shape.world(local), surface.sign * (area @ cofactor)
+
+
+def patch_samples(surface, divisions, points):
+    """Gauss points (n, 3) m of a surface divided into equal parameter rectangles, and weighted area vectors (n, 3) m^2."""
     nodes, weights = gauss_square(points)
     rows, columns = divisions
     cell = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), axis=-1).reshape(-1, 1, 2)
-    s, t = np.moveaxis(((cell + nodes) / [rows, columns]).reshape(-1, 2), 1, 0)
-    weight = np.tile(weights, rows * columns)[:, None] / (rows * columns)
-    shape = surface.shape
-    if isinstance(shape, Plane):
-        return shape.world(np.column_stack([s, t, 0 * s])), surface.sign * weight * np.cross(shape.u, shape.v)
-    theta, phi = np.pi * s, 2 * np.pi * t  # theta from the pole, as in the paper
-    local = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-    area = 2 * np.pi**2 * np.sin(theta)[:, None] * local  # dP/dtheta x dP/dphi of the unit sphere
-    cofactor = abs(np.linalg.det(shape.linear)) * shape.inverse
-    return shape.world(local), surface.sign * weight * (area @ cofactor)
+    position, area = parametric(surface, ((cell + nodes) / [rows, columns]).reshape(-1, 2))
+    return position, area * np.tile(weights, rows * columns)[:, None] / (rows * columns)
 
 
 def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occluders=()):

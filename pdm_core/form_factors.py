@@ -1,0 +1,168 @@
+"""Form factors between whole surfaces: exact visible inner integrals, an adaptive outer Gauss rule.
+
+Rows: every target of a surface is integrated at the same outer points, where the exact inner factors close to
+rounding; so a closed scene's rows sum to 1 whatever the outer rule, and closure can be trusted as a check of the
+visibility. Where nothing hides anything, aligned rectangles have a closed form and need no outer rule at all.
+"""
+
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .pdm import parametric
+from .quadrature import gauss_square
+from .rectangles import aligned_rectangles
+from .scene import Plane, SceneError
+from .view import visible_factors
+from .visibility import Shafts
+
+POINTS = 6  # Gauss points a direction in a cell
+CELLS = 20000  # most cells of one surface
+FIRST = {True: (1, 1), False: (2, 4)}  # cells a surface starts with: planes, spheres
+PAIRS = 1 << 18  # (point, target) pairs at once
+
+
+@dataclass
+class FormFactors:
+    """F[i, j]: leaving i, arriving at j, (n, n); background (n,): what leaves i and meets no surface, 1 - F[i].sum().
+
+    error (n, n): estimated absolute error of each entry; seconds; counts of the pairs that were free, exact, sampled.
+    """
+
+    F: np.ndarray
+    background: np.ndarray
+    error: np.ndarray
+    seconds: float
+    counts: Counter = field(default_factory=Counter)
+
+
+def form_factors(scene, rtol=1e-4):
+    """Form factors between all surfaces of the scene to the relative error rtol of each entry -> FormFactors.
+
+    The errors are what was reached, estimated from the last refinement; a surface stops at CELLS cells.
+    """
+    if not 0 < rtol < 1:
+        raise SceneError(f"form_factors: rtol is {rtol}; use a number between 0 and 1")
+    start = time.perf_counter()
+    shafts, counts = Shafts(scene), Counter()
+    n = len(scene)
+    factors, error = np.zeros((n, n)), np.zeros((n, n))
+    i, j = (a.ravel() for a in np.indices((n, n)))
+    hidden = shafts.candidates(i, j)
+    occluded = (hidden >= 0).any(axis=1).reshape(n, n) if hidden.size else np.zeros((n, n), bool)
+    planes = np.array([isinstance(s.shape, Plane) for s in scene.surfaces])
+    pairwise = planes & ~occluded.any(axis=1)
+    done = _closed_pairs(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), factors, error, counts)
+    for row in range(n):
+        targets = np.flatnonzero(~done[row])
+        if len(targets):
+            lists = hidden.reshape(n, n, -1)[row, targets]
+            value, wrong = _row(scene, shafts, row, targets, lists, rtol, counts)
+            factors[row, targets], error[row, targets] = value, wrong
+    return FormFactors(factors, 1 - factors.sum(axis=1), error, time.perf_counter() - start, counts)
+
+
+def _closed_pairs(scene, rows, columns, factors, error, counts):
+    """Fill in the pairs of aligned rectangles; -> (n, n) bool, which entries are done."""
+    done = np.zeros(factors.shape, bool)
+    i, j = (a.ravel() for a in np.meshgrid(rows, columns, indexing="ij"))
+    value, known = aligned_rectangles([scene.surfaces[k] for k in range(len(scene))], i, j)
+    factors[i[known], j[known]] = value[known]
+    error[i[known], j[known]] = 1e-15
+    done[i[known], j[known]] = True
+    counts["closed"] += int(known.sum())
+    return done
+
+
+def _row(scene, shafts, row, targets, hidden, rtol, counts):
+    """Adaptive outer integral over surface row -> factors and errors (targets,)."""
+    surface = scene.surfaces[row]
+    rows, columns = FIRST[isinstance(surface.shape, Plane)]
+    corner = np.stack(np.meshgrid(np.arange(rows) / rows, np.arange(columns) / columns, indexing="ij"), -1)
+    corner = corner.reshape(-1, 2)
+    size = np.array([1 / rows, 1 / columns])
+    value = _cells(scene, shafts, surface, corner, size, targets, hidden, counts)
+    total, wrong = np.zeros(len(targets)), np.zeros(len(targets))
+    spent = len(corner)
+    while True:
+        size = size / 2
+        child = (corner[:, None] + size * np.array([[0, 0], [0, 1], [1, 0], [1, 1]])).reshape(-1, 2)
+        finer = _cells(scene, shafts, surface, child, size, targets, hidden, counts)
+        spent += len(child)
+        summed = finer.reshape(-1, 4, len(targets)).sum(axis=1)
+        difference = np.abs(summed - value)
+        goal = rtol * np.abs(total + summed.sum(axis=0))
+        # a cell may err by its share of the goal; the rest is split again. The shares count cells, not area:
+        # the trouble sits on lines, where ever smaller cells must be allowed ever smaller errors
+        bad = (difference > SHARE * (goal - wrong).clip(0) / np.sqrt(len(corner)) + ROUNDING).any(axis=1)
+        if spent + 4 * 4 * bad.sum() > CELLS:
+            bad[:] = False
+        total += summed[~bad].sum(axis=0)
+        wrong += difference[~bad].sum(axis=0) / GAIN
+        if not bad.any():
+            return total, wrong + ROUNDING
+        bad = np.repeat(bad, 4)
+        corner, value = child[bad], finer[bad]
+
+
+SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
+GAIN = 4.0  # how much better the four children are than their parent, at the least (kinks: h^2.5)
+ROUNDING = 1e-15
+
+
+def _cells(scene, shafts, surface, corner, size, targets, hidden, counts):
+    """Integrals over parameter cells (c, 2) of one size, over the surface's area -> (c, targets)."""
+    nodes, weights = gauss_square(POINTS)
+    out = np.empty((len(corner), len(targets)))
+    step = max(1, PAIRS // (len(nodes) * len(targets)))
+    for start in range(0, len(corner), step):
+        part = corner[start : start + step]
+        st = (part[:, None] + size * nodes).reshape(-1, 2)
+        points, area = parametric(surface, st)
+        weight = np.linalg.norm(area, axis=1)
+        normals = area / weight[:, None]
+        value = np.empty((len(st), len(targets)))
+        for kind in ("plane", "ball", "inside"):
+            index = [k for k, t in enumerate(targets) if _kind(scene.surfaces[t]) == kind]
+            if index:
+                value[:, index] = _from_points(scene, shafts, points, normals, targets[index], hidden[index], kind, counts)
+        weight = weight.reshape(len(part), -1) * weights * size.prod()
+        out[start : start + step] = np.einsum("cq,cqt->ct", weight, value.reshape(len(part), len(nodes), -1))
+    return out / surface.shape.area
+
+
+def _kind(surface):
+    return "plane" if isinstance(surface.shape, Plane) else "inside" if surface.is_inside else "ball"
+
+
+def _from_points(scene, shafts, points, normals, targets, hidden, kind, counts):
+    """Exact visible factors (m, t) from points to targets of one kind."""
+    m, t = len(points), len(targets)
+    shape = scene.shape_of[targets]
+    out = np.zeros((m, t))
+    if kind == "plane":
+        corners = np.array([scene.shapes[k].corners for k in shape])
+        facing = np.array([scene.surfaces[k].sign * scene.shapes[s].normal for k, s in zip(targets, shape)])
+        height = points @ facing.T - np.einsum("ti,ti->t", facing, corners[:, 0])
+        seen = height > BESIDE * scene.size
+        seen &= (np.einsum("mi,tki->mtk", normals, corners) - (normals * points).sum(1)[:, None, None] > 0).any(axis=2)
+    else:
+        # the outer side is seen from outside, the inner one from inside
+        local = np.stack([np.linalg.norm(scene.shapes[k].local(points), axis=1) for k in shape], axis=1)
+        seen = local >= 1 - 1e-9 if kind == "ball" else local <= 1 + 1e-9
+    p, k = np.nonzero(seen)
+    for start in range(0, len(p), PAIRS):
+        a, b = p[start : start + PAIRS], k[start : start + PAIRS]
+        source = corners[b] if kind == "plane" else None
+        groups = [(slice(None), shape[b])] if kind != "inside" else [(b == q, shape[q]) for q in np.unique(b)]
+        value = np.empty(len(a))
+        for pick, index in groups:
+            value[pick] = visible_factors(shafts.table, points[a][pick], normals[a][pick], index,
+                                          source, hidden[b][pick], kind == "inside", counts)
+        out[a, b] = value
+    return out
+
+
+BESIDE = 1e-12  # of the scene's size: a point no higher over a plane does not see it

@@ -1,0 +1,153 @@
+"""Form factors between whole surfaces against known answers and the identities of the field."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rooms import both_sides, cube_planes, scene_of
+
+from pdm_core import Plane, Scene, SceneError, Sphere, Surface, form_factors, pdm_form_factor
+
+OPPOSITE, ADJACENT = 0.199824895698387, 0.200043776075403
+SEED_ADJACENT, SEED_OPPOSITE, SEED_SPHERE = 0.1968931067, 0.1542499315, 4 * np.pi / 216
+
+
+def rotation(seed):
+    q, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    return q * np.sign(np.linalg.det(q))
+
+
+def moved(shape, turn, shift, scale):
+    if isinstance(shape, Plane):
+        return Plane(scale * turn @ shape.origin + shift, scale * turn @ shape.u, scale * turn @ shape.v)
+    matrix = np.eye(4)
+    matrix[:3, :3] = scale * turn @ shape.linear
+    matrix[:3, 3] = scale * turn @ shape.origin + shift
+    return Sphere(matrix)
+
+
+def test_unit_cube():
+    f = form_factors(scene_of(cube_planes(0.5)), 1e-8)
+    assert np.abs(f.F[0, 1] - OPPOSITE) < 1e-14 and np.abs(f.F[0, 2:] - ADJACENT).max() < 1e-14
+    assert np.abs(f.background).max() < 1e-14
+
+
+def test_parallel_squares_near_contact():
+    f = form_factors(scene_of([Plane((0, 0, 0), (1, 0, 0), (0, 1, 0)), Plane((0, 0, 1e-3), (0, 1, 0), (1, 0, 0))]))
+    assert abs(f.F[0, 1] - 0.9980056319075797) < 1e-12
+
+
+def test_rotated_pairs_agree_with_the_closed_form():
+    planes = [
+        Plane((0, 0, 0), (1, 0, 0), (0, 2, 0)),
+        Plane((3, -1, 0.2), (0, 1.5, 0), (0, 0, 1)),
+        Plane((0.5, 0.5, 1), (0, 1, 0), (0.7, 0, 0)),
+        Plane((0.2, 2.5, 1), (1, 0, 0), (0, 0, 1)),
+    ]
+    exact = form_factors(scene_of(planes)).F
+    turned = form_factors(scene_of([moved(p, rotation(1), np.ones(3), 2.0) for p in planes]), 1e-5)
+    assert np.abs(turned.F - exact).max() < 1e-5
+
+
+def test_coplanar_neighbours_and_corner_only():
+    f = form_factors(
+        scene_of(
+            [
+                Plane((0, 0, 0), (1, 0, 0), (0, 1, 0)),
+                Plane((1, 0, 0), (1, 0, 0), (0, 1, 0)),
+                Plane((1, 1, 0), (0, 1, 0), (0, 0, 1)),  # shares a corner only
+            ]
+        )
+    )
+    assert f.F[0, 1] == 0 and f.F[1, 0] == 0
+    # crossed rectangles by superposition of edge-sharing ones: F of the corner pair from the 2 x 2 unit layout
+    whole = form_factors(scene_of([Plane((0, 0, 0), (1, 0, 0), (0, 2, 0)), Plane((1, 0, 0), (0, 2, 0), (0, 0, 1))])).F
+    near = form_factors(scene_of([Plane((0, 0, 0), (1, 0, 0), (0, 1, 0)), Plane((1, 0, 0), (0, 1, 0), (0, 0, 1))])).F
+    assert abs(f.F[0, 2] - (whole[0, 1] - near[0, 1])) < 1e-13
+
+
+def test_seed_room_against_its_exact_values():
+    f = form_factors(scene_of([*cube_planes(), Sphere.at((0, 0, 0), 1)]), 1e-4)
+    wrong = np.array([f.F[0, 1] - SEED_OPPOSITE, f.F[0, 2] - SEED_ADJACENT, f.F[0, 6] - SEED_SPHERE, f.F[6, 0] - 1 / 6])
+    assert np.abs(wrong).max() < 1e-6
+    assert np.abs(f.background).max() < 1e-12
+    assert f.error[0, 1] > abs(wrong[0]) and f.counts["sampled"] == 0
+
+
+def test_published_method_gives_its_checked_values():
+    room, ball = [Surface(p) for p in cube_planes()], Surface(Sphere.at((0, 0, 0), 1))
+    for target, divisions, value in ((2, 3, 0.22255), (2, 6, 0.20972), (1, 3, 0.15395), (1, 6, 0.15411)):
+        patches = (divisions, divisions)
+        assert abs(pdm_form_factor(room[0], room[target], patches, patches, 5, [ball.shape]) - value) < 1e-4
+    for face in room:
+        assert abs(pdm_form_factor(ball, face, (4, 8), (3, 3)) - 1 / 6) < 2e-4
+
+
+def test_inside_a_sphere():
+    sphere = Sphere.at((1, 2, 3), 2.0)
+    f = form_factors(Scene([Surface(sphere, side="back")]))
+    assert abs(f.F[0, 0] - 1) < 1e-13
+
+
+def test_convex_body_in_a_dome():
+    ball, dome = Sphere.at((0.2, 0.1, 0), 1.0), Sphere.at((0, 0, 0), 3.0)
+    f = form_factors(Scene([Surface(ball), Surface(dome, side="back")]), 1e-6)
+    assert abs(f.F[0, 1] - 1) < 1e-12 and abs(f.F[1, 0] - 1 / 9) < 1e-7 and abs(f.F[1].sum() - 1) < 1e-12
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(-6, 6), st.booleans())
+def test_invariant_under_motion_scale_and_mirror(seed, exponent, mirror):
+    rng = np.random.default_rng(seed)
+    shapes = [
+        *cube_planes(),
+        Sphere.at(rng.uniform(-1, 1, 3), rng.uniform(0.3, 1.0)),
+        Plane(rng.uniform(-2.5, -1, 3), (1, 0.2, 0), (0, 0.3, 0.9)),
+    ]
+    turn = rotation(seed) * [[1], [1], [-1 if mirror else 1]]
+    scale = 10.0**exponent
+    there = [moved(s, turn, scale * np.array([1.0, -2.0, 0.5]), scale) for s in shapes]
+
+    def build(parts, flip):
+        # a mirror swaps u x v: the other side of every plane is what faces inwards then
+        return Scene([Surface(s, side="back" if flip and isinstance(s, Plane) else "front") for s in parts])
+
+    a, b = form_factors(build(shapes, False), 1e-2), form_factors(build(there, mirror), 1e-2)
+    assert np.abs(a.F - b.F).max() < 1e-3
+    order = rng.permutation(len(shapes))
+    c = form_factors(build([shapes[k] for k in order], False), 1e-2)
+    assert np.abs(c.F - a.F[np.ix_(order, order)]).max() < 1e-11
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_closure_and_reciprocity_in_random_rooms(seed):
+    rng = np.random.default_rng(seed)
+    balls = [Sphere.at((x, y, rng.uniform(-2, 2)), rng.uniform(0.1, 0.65)) for x in (-1.7, 0, 1.7) for y in (-1.7, 0, 1.7)]
+    chosen = [balls[k] for k in rng.choice(9, 3, replace=False)]
+    scene = Scene([Surface(s) for s in [*cube_planes(), *chosen]])
+    f = form_factors(scene, 1e-2)
+    assert np.abs(f.background).max() < 1e-11
+    exchange = scene.areas[:, None] * f.F
+    assert (np.abs(exchange - exchange.T) <= 2 * scene.areas[:, None] * (f.error + f.error.T) * 20 + 1e-3).all()
+
+
+def test_free_standing_screen_has_two_sides():
+    screen = Plane((-1, 0, -1), (2, 0, 0), (0, 0, 2))
+    scene = Scene([*[Surface(p) for p in cube_planes()], *both_sides(screen)])
+    f = form_factors(scene, 1e-3)
+    assert np.abs(f.background).max() < 1e-11 and f.F[6, 7] == 0 and f.F[6, 4] == 0 and f.F[7, 5] == 0
+
+
+def test_splitting_a_surface_adds_up():
+    ball = Sphere.at((0, 0, 0), 1)
+    whole = form_factors(scene_of([*cube_planes(), ball]), 1e-4)
+    floor = [Plane((-3, -3, -3), (2, 0, 0), (0, 6, 0)), Plane((-1, -3, -3), (4, 0, 0), (0, 6, 0))]
+    split = form_factors(scene_of([*floor, *cube_planes()[1:], ball]), 1e-4)
+    assert abs(split.F[2, :2].sum() - whole.F[1, 0]) < 1e-5
+    assert abs((split.F[0, 2] * 12 + split.F[1, 2] * 24) / 36 - whole.F[0, 1]) < 1e-5
+
+
+def test_bad_tolerance_is_refused():
+    with pytest.raises(SceneError, match="rtol"):
+        form_factors(scene_of(cube_planes()), 0)
