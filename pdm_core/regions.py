@@ -189,18 +189,22 @@ def _edges_in_ball(p, q, planes, ball):
     crosses, *ends = _conic_crossings(ball.conic, planes)
     d = q - p
     k0, k1, k2 = (k[:, None] for k in ball.conic)
-    first, last = np.full(p.shape[1:], 2.0), np.full(p.shape[1:], -1.0)
-    for cos, sin in ends:
+    # the edge turns as the directions inside do: from where the outline leaves the plane's inner side to where it enters
+    found = []
+    in_p, in_q = crosses.copy(), crosses.copy()
+    for (cos, sin), turn in zip(ends[::-1], (1.0, -1.0)):
         r = k0 + k1 * cos + k2 * sin
-        along = cross(r, planes)
-        t = divide(dot(p, along), -dot(d, along))
+        along = cross(r, planes)  # r turned back by a right angle
+        at_p, at_d = dot(p, along), dot(d, along)
+        t = divide(at_p, -at_d)
         valid = crosses & (t > 0) & (t < 1) & (dot(p + t * d, r) > 0)
-        first, last = np.where(valid & (t < first), t, first), np.where(valid & (t > last), t, last)
-    q_p, b_p = ball.form(p)
-    q_q, b_q = ball.form(q)
-    first = np.where((q_p > 0) & (b_p > 0), 0.0, first)
-    last = np.where((q_q > 0) & (b_q > 0), 1.0, last)
-    return np.where(crosses, first, 2.0), np.where(crosses, last, -1.0)
+        found.append((t, valid))
+        in_p &= turn * at_p < 0
+        in_q &= turn * (at_p + at_d) < 0
+    (t_in, valid_in), (t_out, valid_out) = found
+    first = np.where(in_p, 0.0, np.where(valid_in, t_in, 2.0))
+    last = np.where(in_q, 1.0, np.where(valid_out, t_out, -1.0))
+    return first, last
 
 
 def _edges_in(region, p, q, edge_planes, nudge):

@@ -418,7 +418,7 @@ def _sampled(table, x, n, source, corners, sky, occluders):
         d, area = _cap_samples(table, x, source, s, 2 * np.pi * t, weight)
     dd = dot(d, d)
     cosine = np.maximum(dot(n[:, None], d), 0.0)
-    kernel = np.broadcast_to(area, dd.shape).copy() if sky else cosine * area / dd**2
+    kernel = np.broadcast_to(area, dd.shape).copy() if sky else cosine * divide(area, dd**2)
     if sky:
         d = d * _dome_distance(table, x, d, source)
     for index in occluders.T:
