@@ -2,6 +2,23 @@
 
 from .form_factors import FormFactors, form_factors
 from .pdm import pdm_form_factor
+from .plan import Plan, plan
+from .radiosity import Progress, Solution, solve, solve_steps
 from .scene import Plane, Scene, SceneError, Sphere, Surface
 
-__all__ = ["FormFactors", "Plane", "Scene", "SceneError", "Sphere", "Surface", "form_factors", "pdm_form_factor"]
+__all__ = [
+    "FormFactors",
+    "Plan",
+    "Plane",
+    "Progress",
+    "Scene",
+    "SceneError",
+    "Solution",
+    "Sphere",
+    "Surface",
+    "form_factors",
+    "pdm_form_factor",
+    "plan",
+    "solve",
+    "solve_steps",
+]

@@ -1,0 +1,260 @@
+"""A field on the scene's surfaces: biquadratic cells of adaptive quadtrees, on lattices that share their nodes.
+
+Each surface carries charts: a plane the unit square, a sphere the six faces of a cube (equi-angular, so no pole and
+no seam). A cell holds 3 x 3 nodes at 0, 1/2, 1; its four children hold the same nodes and new ones between, so a
+value once computed is kept, and (child's value - parent's interpolant) is the hierarchical surplus, an error measure.
+"""
+
+import numpy as np
+
+from .scene import Sphere, unit
+
+DEEPEST = 10  # levels of cells below a chart
+GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
+NUDGE = 1e-7  # points on a plane's border are moved this part of its edges inwards, off the neighbour's plane
+
+
+def basis(t):
+    """t (...) -> (..., 3): the quadratics through nodes 0, 1/2, 1."""
+    return np.stack([(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)], axis=-1)
+
+
+def basis2(uv):
+    """uv (..., 2) -> (..., 9): the biquadratics of a cell, node 3 * a + b at (a/2, b/2)."""
+    a, b = basis(uv[..., 0]), basis(uv[..., 1])
+    return (a[..., :, None] * b[..., None, :]).reshape(*uv.shape[:-1], 9)
+
+
+_STEPS = np.array([(a, b) for a in range(3) for b in range(3)])  # a cell's nodes in half cell widths
+_CORNER = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])  # the four children
+_CHILD_OF_PARENT = basis2((_CORNER[:, None] + _STEPS / 2) / 2)  # (4, 9, 9) child's nodes from its parent's
+_EDGES = np.array([(0, 1, 2), (6, 7, 8), (0, 3, 6), (2, 5, 8)])  # a cell's edges as nodes
+_QUARTERS = np.array([(3, 6, -1), (-1, 6, 3)]) / 8  # the quadratic at 1/4 and 3/4 of an edge
+
+
+class Field:
+    """The lattice; values live outside, as arrays (n nodes, channels)."""
+
+    def __init__(self, scene):
+        self.scene = scene
+        charts = [6 if isinstance(s.shape, Sphere) else 1 for s in scene.surfaces]
+        self.is_sphere = np.array(charts) == 6
+        self.root = np.concatenate([[0], np.cumsum(charts)[:-1]])  # first root cell of each surface
+        self._frames()
+        surface = np.repeat(np.arange(len(scene)), charts)
+        face = np.arange(len(surface)) - self.root[surface]
+        zero = np.zeros(len(surface), int)
+        self.keys = np.zeros(0, np.int64)
+        self._order = np.zeros(0, int)
+        self.points, self.normals = np.zeros((0, 3)), np.zeros((0, 3))
+        self.surface, self.face, self.level = surface, face, zero
+        self.corner = np.zeros((len(surface), 2), int)  # of the cell, in lattice steps
+        self.parent, self.child = zero - 1, zero - 1  # child: the first of four, -1 for a leaf
+        self.nodes = self._nodes_of(np.arange(len(surface)))
+        self.refine(np.flatnonzero(~self.is_sphere[surface]))  # planes start at 25 nodes, spheres have 26
+
+    def _frames(self):
+        shapes = [s.shape for s in self.scene.surfaces]
+        self.origin = np.array([s.origin for s in shapes])
+        self.linear = np.array([s.linear for s in shapes])
+        self.inverse = np.array([s.inverse for s in shapes])
+        self.sign = np.array([s.sign for s in self.scene.surfaces])
+
+    # -- nodes ---------------------------------------------------------------------------------------------------
+
+    def _key(self, surface, face, steps):
+        """surface, face (n,), steps (n, 2) on the face -> (n,) keys; a point on two faces has one key."""
+        sphere = self.is_sphere[surface]
+        place = np.zeros((len(surface), 3), np.int64)
+        axis, rows = face % 3, np.arange(len(surface))
+        place[rows, (axis + 1) % 3], place[rows, (axis + 2) % 3] = steps[:, 0], steps[:, 1]
+        place[rows, axis] = np.where(face >= 3, GRID, 0)
+        place[~sphere] = np.column_stack([steps, steps[:, 0] * 0])[~sphere]
+        return ((surface * (GRID + 1) + place[:, 0]) * (GRID + 1) + place[:, 1]) * (GRID + 1) + place[:, 2]
+
+    def _unpack(self, keys):
+        rest, z = np.divmod(keys, GRID + 1)
+        rest, y = np.divmod(rest, GRID + 1)
+        surface, x = np.divmod(rest, GRID + 1)
+        return surface, np.stack([x, y, z], axis=1) / GRID
+
+    def find(self, keys):
+        """keys (...) -> node indices (...), -1 where there is no such node."""
+        at = np.searchsorted(self.keys[self._order], keys)
+        at = self._order[np.minimum(at, len(self._order) - 1)]
+        return np.where(self.keys[at] == keys, at, -1)
+
+    def _add_nodes(self, keys):
+        new = np.unique(keys)
+        if len(self.keys):
+            new = new[self.find(new) < 0]
+        surface, place = self._unpack(new)
+        local = unit(np.tan((2 * place - 1) * (np.pi / 4)))
+        flat = ~self.is_sphere[surface]
+        local[flat] = NUDGE + (1 - 2 * NUDGE) * place[flat]
+        local[flat, 2] = 0.0
+        self.points = np.concatenate([self.points, self._world(surface, local)])
+        self.normals = np.concatenate([self.normals, self._normal(surface, local)])
+        self.keys = np.concatenate([self.keys, new])
+        self._order = np.argsort(self.keys)
+        self.node_surface = self._unpack(self.keys)[0]
+
+    def _world(self, surface, local):
+        return self.origin[surface] + np.einsum("nij,nj->ni", self.linear[surface], local)
+
+    def _normal(self, surface, local):
+        normal = np.einsum("nji,nj->ni", self.inverse[surface], local)
+        flat = ~self.is_sphere[surface]
+        normal[flat] = self.linear[surface[flat], :, 2]
+        return unit(normal) * self.sign[surface][:, None]
+
+    def _nodes_of(self, cells):
+        half = (GRID >> self.level[cells]) // 2
+        steps = self.corner[cells][:, None] + _STEPS * half[:, None, None]
+        count = len(cells)
+        keys = self._key(np.repeat(self.surface[cells], 9), np.repeat(self.face[cells], 9), steps.reshape(-1, 2))
+        self._add_nodes(keys)
+        return self.find(keys).reshape(count, 9)
+
+    # -- cells ---------------------------------------------------------------------------------------------------
+
+    @property
+    def leaves(self):
+        return np.flatnonzero(self.child < 0)
+
+    def refine(self, cells):
+        """Split these leaves, and coarser neighbours until no edge is halved twice (2:1 balance)."""
+        while len(cells):
+            self._split(cells[(self.child[cells] < 0) & (self.level[cells] < DEEPEST)])
+            cells = self._unbalanced()
+
+    def _split(self, cells):
+        count, first = len(cells), len(self.level)
+        repeat = np.repeat(cells, 4)
+        half = (GRID >> self.level[repeat]) // 2
+        corner = self.corner[repeat] + np.tile(_CORNER, (count, 1)) * half[:, None]
+        self.child = self.child.copy()  # a solution may hold the field as it was
+        self.child[cells] = first + 4 * np.arange(count)
+        for name in ("surface", "face"):
+            setattr(self, name, np.concatenate([getattr(self, name), getattr(self, name)[repeat]]))
+        self.level = np.concatenate([self.level, self.level[repeat] + 1])
+        self.corner = np.concatenate([self.corner, corner])
+        self.parent = np.concatenate([self.parent, repeat])
+        self.child = np.concatenate([self.child, np.full(4 * count, -1)])
+        self.nodes = np.concatenate([self.nodes, self._nodes_of(first + np.arange(4 * count))])
+
+    def _edge_nodes(self, cells, parts):
+        """Nodes at odd multiples of 1/parts on the edges of cells -> (n, 4 edges, parts / 2), -1 where none."""
+        odd = np.arange(1, parts, 2)
+        along = [np.array([(0, k), (parts, k), (k, 0), (k, parts)]) for k in odd]
+        step = (GRID >> self.level[cells]) // parts
+        steps = self.corner[cells][:, None, None] + np.stack(along, axis=1)[None] * step[:, None, None, None]
+        shape = steps.shape[:3]
+        each = shape[1] * shape[2]
+        keys = self._key(np.repeat(self.surface[cells], each), np.repeat(self.face[cells], each), steps.reshape(-1, 2))
+        return self.find(keys).reshape(shape)
+
+    def _unbalanced(self):
+        leaves = self.leaves
+        leaves = leaves[self.level[leaves] < DEEPEST - 2]
+        return leaves[(self._edge_nodes(leaves, 8) >= 0).any(axis=(1, 2))]
+
+    def conform(self, values):
+        """values (n, c) with nodes that hang on a coarser neighbour's edge set to that edge: a continuous field."""
+        values = values.copy()
+        leaves = self.leaves
+        hanging = self._edge_nodes(leaves, 4)
+        for level in range(self.level[leaves].max() + 1):
+            cell, edge, part = np.nonzero((hanging >= 0) & (self.level[leaves] == level)[:, None, None])
+            ends = self.nodes[leaves[cell][:, None], _EDGES[edge]]
+            values[hanging[cell, edge, part]] = np.einsum("nk,nkc->nc", _QUARTERS[part], values[ends])
+        return values
+
+    def sizes(self):
+        """(n cells,) m^2: areas; a sphere's cells by their share of the equi-angular chart."""
+        count = 1 << self.level
+        area = self.scene.areas[self.surface] / count**2
+        sphere = self.is_sphere[self.surface]
+        low = self.corner / GRID
+        high = low + 1 / count[:, None]
+        a, b = (np.tan((2 * low - 1) * np.pi / 4), np.tan((2 * high - 1) * np.pi / 4))
+        angle = _solid(b[:, 0], b[:, 1]) - _solid(a[:, 0], b[:, 1]) - _solid(b[:, 0], a[:, 1]) + _solid(a[:, 0], a[:, 1])
+        return np.where(sphere, self.scene.areas[self.surface] * angle / (4 * np.pi), area)
+
+    def surplus(self, values):
+        """values (n, c) -> (n cells, 9, c): at the cell's nodes, value minus its parent's interpolant; 0 for roots."""
+        below = np.flatnonzero(self.parent >= 0)
+        parent = self.parent[below]
+        which = below - self.child[parent]
+        out = np.zeros((len(self.level), 9, values.shape[1]))
+        predicted = np.einsum("nij,njc->nic", _CHILD_OF_PARENT[which], values[self.nodes[parent]])
+        out[below] = values[self.nodes[below]] - predicted
+        return out
+
+    def predict(self, values, old):
+        """values (old, c) of the first nodes -> (n - old, c) at the others, from their cells' parents, coarse first."""
+        full = np.concatenate([values, np.zeros((len(self.keys) - old, values.shape[1]))])
+        known = np.arange(len(full)) < old
+        for level in range(1, self.level.max() + 1):
+            cells = np.flatnonzero((self.level == level) & ~known[self.nodes].all(axis=1))
+            parent = self.parent[cells]
+            guess = np.einsum("nij,njc->nic", _CHILD_OF_PARENT[cells - self.child[parent]], full[self.nodes[parent]])
+            new = ~known[self.nodes[cells]]
+            full[self.nodes[cells][new]] = guess[new]
+            known[self.nodes[cells]] = True
+        return full[old:]
+
+    def inset(self, surface, points):
+        """Points (n, 3) on a surface moved off a plane's border by NUDGE of its edges."""
+        if self.is_sphere[surface]:
+            return points
+        local = self.scene.surfaces[surface].shape.local(points)
+        local[:, :2] = np.clip(local[:, :2], NUDGE, 1 - NUDGE)
+        return self.scene.surfaces[surface].shape.world(local)
+
+    def place(self, cells, uv):
+        """Points and normals (n, 3) of cells (n,) at uv (n, 2) in [0, 1]."""
+        surface, axis, rows = self.surface[cells], self.face[cells] % 3, np.arange(len(cells))
+        at = (self.corner[cells] + uv * (GRID >> self.level[cells])[:, None]) / GRID
+        local = np.empty((len(cells), 3))
+        local[rows, (axis + 1) % 3] = np.tan((2 * at[:, 0] - 1) * (np.pi / 4))
+        local[rows, (axis + 2) % 3] = np.tan((2 * at[:, 1] - 1) * (np.pi / 4))
+        local[rows, axis] = np.where(self.face[cells] >= 3, 1.0, -1.0)
+        local = unit(local)
+        flat = ~self.is_sphere[surface]
+        local[flat] = np.column_stack([NUDGE + (1 - 2 * NUDGE) * at, np.zeros(len(at))])[flat]
+        return self._world(surface, local), self._normal(surface, local)
+
+    # -- reading off ---------------------------------------------------------------------------------------------
+
+    def chart(self, surface, local):
+        """Local coordinates (n, 3) on surfaces (n,) -> root cells (n,) and chart coordinates (n, 2) in [0, 1]."""
+        axis = np.abs(local).argmax(axis=1)
+        rows = np.arange(len(local))
+        top = local[rows, axis]
+        across = np.stack([local[rows, (axis + 1) % 3], local[rows, (axis + 2) % 3]], axis=1)
+        size = np.where(top == 0, 1.0, np.abs(top))
+        angle = np.arctan(across / size[:, None]) * (2 / np.pi) + 0.5
+        sphere = self.is_sphere[surface]
+        face = np.where(sphere, axis + 3 * (top > 0), 0)
+        return self.root[surface] + face, np.clip(np.where(sphere[:, None], angle, local[:, :2]), 0.0, 1.0)
+
+    def locate(self, surface, local):
+        """Local coordinates (n, 3) on surfaces (n,) -> leaves (n,) and the weights (n, 9) of their nodes."""
+        cell, uv = self.chart(surface, local)
+        while (split := np.flatnonzero(self.child[cell] >= 0)).size:
+            upper = uv[split] >= 0.5
+            uv[split] = 2 * uv[split] - upper
+            cell[split] = self.child[cell[split]] + 2 * upper[:, 0] + upper[:, 1]
+        return cell, basis2(uv)
+
+    def interpolate(self, values, surface, points):
+        """values (n nodes, c) at points (m, 3) m of one surface -> (m, c)"""
+        local = self.scene.surfaces[surface].shape.local(points)
+        cell, weight = self.locate(np.full(len(local), surface), local)
+        return np.einsum("nk,nkc->nc", weight, values[self.nodes[cell]])
+
+
+def _solid(x, y):
+    """Solid angle of the rectangle (0, 0)..(x, y) at distance 1 from its corner."""
+    return np.arctan2(x * y, np.sqrt(1 + x * x + y * y))

@@ -1,0 +1,245 @@
+"""Indirect light at points as rows over the field's nodes: geometry alone, no reflectance and no emission.
+
+A row entry is (exact visible form factor of a source cell) x (kernel-weighted mean of the cell's biquadratics), so
+a constant field is gathered exactly whatever the cells. Cells are taken as coarse as the tolerance allows.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .field import DEEPEST, basis
+from .quadrature import gauss_legendre
+from .scene import unit
+
+VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
+ENTRIES = 1 << 20  # of a dense block of rows
+_GAUSS = gauss_legendre(3)[0]
+_CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+_CHILDREN = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
+_SIZES = ((1, 1), (1, 4), (2, 8), (4, 16), (8, 24))  # rings x directions sampled over a sphere's outline
+
+
+@dataclass
+class Detail:
+    """What the field looks like, per cell, in the units of the tolerance: decides how finely sources are taken."""
+
+    variation: np.ndarray  # (n cells,) range of the field over the cell
+    below: np.ndarray  # (n cells,) largest surplus of its descendants: lost where the cell stands for them
+    surface: np.ndarray  # (n surfaces,) range of the field over the surface
+
+
+@dataclass
+class _Cells:
+    """Frontier of (receiver, source rectangle); owner is the cell whose nodes carry the field there."""
+
+    receiver: np.ndarray
+    owner: np.ndarray
+    origin: np.ndarray  # (n, 2) of the rectangle in the owner, in its widths
+    width: np.ndarray  # (n,) of the rectangle in the owner's widths
+
+    def take(self, index):
+        return _Cells(self.receiver[index], self.owner[index], self.origin[index], self.width[index])
+
+
+class Gather:
+    """Rows of the indirect operator for receivers (points, normals, surface); sources: surfaces that may reflect."""
+
+    def __init__(self, field, factors, sources):
+        self.field, self.factors = field, factors
+        self.flat = sources[~factors.is_sphere[sources]]
+        self.balls = sources[factors.is_sphere[sources] & ~factors.is_inside[sources]]
+        self.rooms = sources[factors.is_inside[sources]]
+        self.shape_u = np.array([s.shape.linear[:, 0] for s in factors.scene.surfaces])
+        self.shape_v = np.array([s.shape.linear[:, 1] for s in factors.scene.surfaces])
+        self.cross = factors.scene.areas
+        self.links = 0
+
+    def blocks(self, points, normals, surface, detail, tolerance):
+        """Yield (slice, dense rows (k, n nodes)) over the receivers; tolerance (m,) per link, in detail's units."""
+        count = len(self.field.keys)
+        step = int(np.clip(ENTRIES // max(count, 1), 16, 1024))
+        for start in range(0, len(points), step):
+            part = slice(start, start + step)
+            x, n, own, tol = points[part], normals[part], surface[part], tolerance[part]
+            rows = np.zeros(len(x) * count)
+            for receiver, node, weight in self._entries(x, n, own, detail, tol):
+                self.links += len(receiver)
+                flat = (receiver[:, None] * count + node).ravel()
+                rows += np.bincount(flat, weight.ravel(), minlength=len(rows))
+            yield part, rows.reshape(len(x), count)
+
+    def _entries(self, x, n, own, detail, tol):
+        if len(self.flat):
+            yield from self._from_planes(x, n, own, detail, tol)
+        if len(self.balls):
+            yield from self._from_balls(x, n, own, detail, tol)
+        if len(self.rooms):
+            yield from self._from_rooms(x, n, own, detail, tol)
+
+    # -- planes --------------------------------------------------------------------------------------------------
+
+    def _from_planes(self, x, n, own, detail, tol):
+        r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.flat, indexing="ij"))
+        lifted, ahead = self.factors.facing(x[r], n[r], own[r], s)
+        height = np.einsum("ni,ni->n", lifted - self.factors.origin[s], self.factors.front[s])
+        r, s, lifted, height = r[ahead], s[ahead], lifted[ahead], height[ahead]
+        # receivers of the frontier are (point, source plane) pairs: a lifted point belongs to one plane only
+        pairs = lifted, n[r], height, tol[r]
+        todo = _Cells(np.arange(len(r)), self.field.root[s], np.zeros((len(r), 2)), np.ones(len(r)))
+        while len(todo.receiver):
+            todo, done = self._sort_out(todo, *pairs, detail)
+            if len(done.receiver):
+                yield r[done.receiver], *self._link(done, *pairs[:3], own[r])
+            todo = self._divide(todo)
+
+    def _rectangle(self, cells):
+        """Corner (n, 3), edges (n, 3), (n, 3) in space."""
+        f = self.field
+        s, size = f.surface[cells.owner], 0.5 ** f.level[cells.owner]
+        low = f.corner[cells.owner] / (1 << (DEEPEST + 1)) + cells.origin * size[:, None]
+        width = (size * cells.width)[:, None]
+        u, v = self.shape_u[s], self.shape_v[s]
+        return f.origin[s] + low[:, :1] * u + low[:, 1:] * v, u * width, v * width
+
+    def _sort_out(self, cells, x, n, height, tol, detail):
+        """Drop cells below the horizon; tell those to divide further from those good enough."""
+        c, u, v = self._rectangle(cells)
+        x, n, tol = x[cells.receiver], n[cells.receiver], tol[cells.receiver]
+        e = c + (u + v) / 2 - x
+        nu, nv = np.einsum("ni,ni->n", n, u), np.einsum("ni,ni->n", n, v)
+        middle, reach = np.einsum("ni,ni->n", n, e), (np.abs(nu) + np.abs(nv)) / 2
+        half = np.sqrt(np.maximum(np.einsum("ni,ni->n", u + v, u + v), np.einsum("ni,ni->n", u - v, u - v))) / 2
+        distance2 = np.einsum("ni,ni->n", e, e)
+        distance = np.sqrt(distance2)
+        g = half / distance
+        s = self.field.surface[cells.owner]
+        area = self.cross[s] * 0.25 ** self.field.level[cells.owner] * cells.width**2
+        cosine = np.clip((middle + reach) / distance, 0, 1)
+        factor = np.minimum(1.0, area * cosine * np.minimum(height[cells.receiver] / distance + g * 0.5, 1)
+                            / (np.pi * distance2))
+        leaf = self.field.child[cells.owner] < 0
+        error = np.where(leaf, 0.0, detail.below[cells.owner])
+        error = factor * (error + np.minimum(1.0, g**4) * detail.variation[cells.owner] * cells.width)
+        seen = middle + reach > 0
+        level = np.where(leaf, np.log2(1 / cells.width), 0)
+        fine = (error <= tol) | (level >= VIRTUAL)
+        return cells.take(np.flatnonzero(seen & ~fine)), cells.take(np.flatnonzero(seen & fine))
+
+    def _divide(self, cells):
+        f = self.field
+        child = f.child[cells.owner]
+        leaf = np.repeat(child < 0, 4)
+        quarter = np.tile(np.arange(4), len(child))
+        width = np.repeat(cells.width, 4)
+        owner = np.where(leaf, np.repeat(cells.owner, 4), np.repeat(child, 4) + quarter)
+        origin = np.repeat(cells.origin, 4, axis=0) + _CHILDREN[quarter] * (width / 2)[:, None]
+        origin[~leaf] = 0.0
+        return _Cells(np.repeat(cells.receiver, 4), owner, origin, np.where(leaf, width / 2, 1.0))
+
+    def _link(self, cells, x, n, height, own):
+        """Nodes (k, 9) and weights (k, 9) of accepted cells."""
+        c, u, v = self._rectangle(cells)
+        x, n, own = x[cells.receiver], n[cells.receiver], own[cells.receiver]
+        corners = c[:, None] + _CORNERS[:, :1] * u[:, None] + _CORNERS[:, 1:] * v[:, None]
+        source = self.field.surface[cells.owner]
+        factor = self.factors._visible(x, n, own, source, corners)
+        e = (c - x)[:, None, None] + _GAUSS[:, None, None] * u[:, None, None] + _GAUSS[:, None] * v[:, None, None]
+        kernel = np.maximum(np.einsum("nabi,ni->nab", e, n), 0.0) / np.einsum("nabi,nabi->nab", e, e) ** 2
+        weight = gauss_legendre(3)[1]
+        kernel *= weight[:, None] * weight
+        total = kernel.sum(axis=(1, 2))
+        kernel[total == 0], total[total == 0] = weight[:, None] * weight, 1.0
+        kernel *= (factor / total)[:, None, None]
+        a = basis(cells.origin[:, :1] + cells.width[:, None] * _GAUSS)
+        b = basis(cells.origin[:, 1:] + cells.width[:, None] * _GAUSS)
+        weights = (a.transpose(0, 2, 1) @ kernel @ b).reshape(-1, 9)
+        return self.field.nodes[cells.owner], weights
+
+    # -- spheres -------------------------------------------------------------------------------------------------
+
+    def _from_balls(self, x, n, own, detail, tol):
+        r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.balls, indexing="ij"))
+        factor = self.factors.pairs(x[r], n[r], own[r], s)
+        lit = factor > 0
+        r, s, factor = r[lit], s[lit], factor[lit]
+        error = factor * detail.surface[s] / np.maximum(tol[r], 1e-300)
+        size = np.clip(np.ceil(np.log(np.maximum(error, 1e-3)) / np.log(4)), 0, len(_SIZES) - 1).astype(int)
+        for k, (rings, turns) in enumerate(_SIZES):
+            for part in _parts(np.flatnonzero(size == k), 65536 // (rings * turns)):
+                yield self._sample_cone(x[r[part]], n[r[part]], s[part], factor[part], r[part], rings, turns)
+
+    def _sample_cone(self, x, n, s, factor, r, rings, turns):
+        """Directions spread over the outline of ball s, in the space where it is round: (entries of one size)."""
+        f = self.field
+        local = np.einsum("nij,nj->ni", f.inverse[s], x - f.origin[s])
+        distance = np.maximum(np.linalg.norm(local, axis=1), 1.0)
+        axis, e1, e2 = _frame(-local)
+        u, wu = gauss_legendre(rings)
+        sin2 = u[None] / distance[:, None] ** 2
+        turn = (np.arange(turns) + 0.5) * (2 * np.pi / turns)
+        circle = np.cos(turn)[:, None] * e1[:, None] + np.sin(turn)[:, None] * e2[:, None]
+        d = np.sqrt(sin2)[:, :, None, None] * circle[:, None] + np.sqrt(1 - sin2)[:, :, None, None] * axis[:, None, None]
+        world = np.einsum("nij,nabj->nabi", f.linear[s], d)
+        along = np.einsum("nabi,nabi->nab", world, world)
+        # solid angle: in the round space d(sin^2)/(2 cos) dphi, and |det| / |L d|^3 to the world
+        kernel = np.maximum(np.einsum("nabi,ni->nab", world, n), 0.0) / along**2
+        kernel *= wu[None, :, None] / np.sqrt(1 - sin2)[:, :, None]
+        total = kernel.sum(axis=(1, 2))
+        kernel[total == 0] = 1.0
+        weight = kernel * (factor / kernel.sum(axis=(1, 2)))[:, None, None]
+        b = np.einsum("nabj,nj->nab", d, local)
+        root = np.sqrt(np.maximum(b * b - (np.einsum("ni,ni->n", local, local) - 1)[:, None, None], 0.0))
+        hit = local[:, None, None] + (-b - root)[..., None] * d
+        return self._spread(np.repeat(s, rings * turns), hit.reshape(-1, 3), weight, r)
+
+    def _spread(self, s, hit, weight, r):
+        cell, share = self.field.locate(s, hit)
+        weight = weight.reshape(len(r), -1, 1) * share.reshape(len(r), -1, 9)
+        return r, self.field.nodes[cell].reshape(len(r), -1), weight.reshape(len(r), -1)
+
+    def _from_rooms(self, x, n, own, detail, tol):
+        """Inner sides of spheres: directions over the hemisphere, those that something hides weighted out."""
+        for s in self.rooms:
+            surface = np.full(len(x), s)
+            factor = self.factors.pairs(x, n, own, surface)
+            lit = np.flatnonzero(factor > 0)
+            occluders = self.factors.shafts.for_pairs(own[lit], surface[lit])
+            error = factor[lit].max(initial=0) * detail.surface[s] / max(tol.min(initial=1), 1e-300)
+            rings, turns = ((2, 8), (4, 16), (8, 32))[int(np.searchsorted((10, 100), error))]
+            for part in _parts(np.arange(len(lit)), 65536 // (rings * turns)):
+                k = lit[part]
+                yield self._sample_dome(x[k], n[k], s, factor[k], k, occluders[part], rings, turns)
+
+    def _sample_dome(self, x, n, s, factor, r, occluders, rings, turns):
+        axis, e1, e2 = _frame(n)
+        u, wu = gauss_legendre(rings)
+        turn = (np.arange(turns) + 0.5) * (2 * np.pi / turns)
+        circle = np.cos(turn)[:, None] * e1[:, None] + np.sin(turn)[:, None] * e2[:, None]
+        d = np.sqrt(u)[:, None, None] * circle[:, None] + np.sqrt(1 - u)[:, None, None] * axis[:, None, None]
+        local = (x - self.field.origin[s]) @ self.field.inverse[s].T
+        step = d @ self.field.inverse[s].T
+        a = np.einsum("nabi,nabi->nab", step, step)
+        b = np.einsum("nabi,ni->nab", step, local)
+        c = (np.einsum("ni,ni->n", local, local) - 1)[:, None, None]
+        length = (-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a
+        weight = np.broadcast_to(wu[None, :, None], a.shape) * self.factors.shafts.clear(x, d * length[..., None], occluders)
+        total = weight.sum(axis=(1, 2))
+        weight = np.where((total > 0)[:, None, None], weight, 1.0)
+        weight = weight * (factor / weight.sum(axis=(1, 2)))[:, None, None]
+        hit = (local[:, None, None] + length[..., None] * step).reshape(-1, 3)
+        return self._spread(np.full(len(hit), s), hit, weight, r)
+
+
+def _frame(direction):
+    """direction (n, 3) -> unit axis and two unit vectors across it."""
+    axis = unit(direction)
+    seed = np.zeros_like(axis)
+    seed[np.arange(len(axis)), np.abs(axis).argmin(axis=1)] = 1.0
+    e1 = unit(np.cross(seed, axis))
+    return axis, e1, np.cross(axis, e1)
+
+
+def _parts(index, size):
+    size = max(size, 1)
+    return [index[k : k + size] for k in range(0, len(index), size)]

@@ -1,0 +1,100 @@
+"""Which shapes can stand between two surfaces: bounding volumes and separating planes, before any work per point."""
+
+import numpy as np
+
+from .scene import Sphere
+from .view import ShapeTable, segment_blocked
+
+BESIDE = 1e-9  # of the scene's size: what reaches no further over a plane counts as not crossing it
+ENTRIES = 1 << 21  # (pair, shape) entries tested at once
+
+
+class Shafts:
+    """Candidate occluders of pairs of surfaces, conservative: a shape left out can hide nothing of the pair."""
+
+    def __init__(self, scene):
+        self.scene = scene
+        self.table = ShapeTable(scene.shapes)
+        self.eps = BESIDE * scene.size
+        self.is_plane = ~self.table.is_ball
+        self.centre, self.radius = self.table.origin.T, self.table.bound
+        self.normal = np.array([s.normal if not isinstance(s, Sphere) else np.zeros(3) for s in scene.shapes])
+        self.low, self.high = self._heights()
+        self.shape = scene.shape_of
+        self.sign = np.array([s.sign for s in scene.surfaces])
+
+    def _heights(self):
+        """(shapes, shapes) m: least and greatest height of shape k over the plane of shape p (0, 0 for spheres p)."""
+        middle = np.einsum("pi,ki->pk", self.normal, self.centre)
+        reach = np.zeros_like(middle)
+        for k, shape in enumerate(self.scene.shapes):  # support of an affine ball, or of a parallelogram
+            if isinstance(shape, Sphere):
+                reach[:, k] = np.linalg.norm(self.normal @ shape.linear, axis=1)
+            else:
+                reach[:, k] = np.abs(self.normal @ np.column_stack([shape.u, shape.v])).sum(axis=1) / 2
+        middle -= np.einsum("pi,pi->p", self.normal, self.centre)[:, None]
+        return middle - reach, middle + reach
+
+    def may_hide(self, a, b):
+        """Surfaces a, b (p,); a may be -1, a point anywhere -> (p, shapes) bool."""
+        sb = self.shape[b]
+        keep = self._not_behind(b)
+        keep[np.arange(len(b)), sb] = False
+        known = np.flatnonzero(a >= 0)
+        if len(known):
+            sa, sb = self.shape[a[known]], sb[known]
+            part = keep[known] & self._not_behind(a[known])
+            part[np.arange(len(known)), sa] = False
+            # a plane hides something only if it has part of the pair on either side
+            low = np.minimum(self.low[:, sa], self.low[:, sb]).T
+            high = np.maximum(self.high[:, sa], self.high[:, sb]).T
+            part &= ~self.is_plane | ((low < -self.eps) & (high > self.eps))
+            keep[known] = part & self._near_axis(sa, sb)
+        return keep
+
+    def _not_behind(self, surface):
+        """False where the shape lies wholly behind the surface, a plane."""
+        shape, sign = self.shape[surface], self.sign[surface][:, None]
+        ahead = np.maximum(sign * self.low[shape], sign * self.high[shape]) > self.eps
+        return ahead | ~self.is_plane[shape][:, None]
+
+    def _near_axis(self, sa, sb):
+        """False where the shape's bounding sphere misses the capsule around both bounding spheres."""
+        a, axis = self.centre[sa], self.centre[sb] - self.centre[sa]
+        length2 = np.einsum("pi,pi->p", axis, axis)[:, None]
+        offset = self.centre[None] - a[:, None]
+        along = np.einsum("pki,pi->pk", offset, axis)
+        t = np.clip(np.divide(along, length2, out=np.zeros_like(along), where=length2 > 0), 0.0, 1.0)
+        distance = np.linalg.norm(offset - t[:, :, None] * axis[:, None], axis=2)
+        wide = np.maximum(self.radius[sa], self.radius[sb])[:, None]
+        return distance < self.radius + wide + self.eps
+
+    def candidates(self, a, b):
+        """Surfaces a, b (p,) -> candidate occluders (p, width), shape indices padded with -1."""
+        lists = []
+        step = max(1, ENTRIES // len(self.radius))
+        for start in range(0, len(a), step):
+            keep = self.may_hide(a[start : start + step], b[start : start + step])
+            width = keep.sum(axis=1).max(initial=0)
+            order = np.argsort(~keep, axis=1, kind="stable")[:, :width]
+            lists.append(np.where(np.take_along_axis(keep, order, 1), order, -1))
+        width = max((part.shape[1] for part in lists), default=0)
+        padded = [np.pad(part, ((0, 0), (0, width - part.shape[1])), constant_values=-1) for part in lists]
+        return np.concatenate(padded) if padded else np.zeros((0, 0), int)
+
+    def for_pairs(self, a, b):
+        """As candidates, for many pairs that repeat few combinations of surfaces."""
+        key = (a + 1) * len(self.shape) + b
+        unique, back = np.unique(key, return_inverse=True)
+        return self.candidates(unique // len(self.shape) - 1, unique % len(self.shape))[back.reshape(-1)]
+
+    def clear(self, points, steps, occluders):
+        """Whether segments points (n, 3) + steps (n, a, b, 3) meet none of occluders (n, k) -> (n, a, b) bool"""
+        x = np.broadcast_to(points.T[:, None, None], (3, *steps.shape[1:3], len(points)))
+        d = np.ascontiguousarray(np.moveaxis(steps, (3, 0), (0, 3)))
+        blocked = np.zeros(d.shape[1:], bool)
+        for shape in occluders.T:
+            valid = np.flatnonzero(shape >= 0)
+            if len(valid):
+                blocked[..., valid] |= segment_blocked(self.table, x[..., valid], d[..., valid], shape[valid])
+        return np.moveaxis(~blocked, 2, 0)
