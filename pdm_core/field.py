@@ -11,6 +11,7 @@ from .scene import Sphere, unit
 
 DEEPEST = 10  # levels of cells below a chart
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
+ROOT = 0.25  # a root's surplus over the bilinear interpolant counts this much
 NUDGE = 1e-7  # points on a plane's border are moved this part of its edges inwards, off the neighbour's plane
 
 
@@ -28,6 +29,7 @@ def basis2(uv):
 _STEPS = np.array([(a, b) for a in range(3) for b in range(3)])  # a cell's nodes in half cell widths
 _CORNER = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])  # the four children
 _CHILD_OF_PARENT = basis2((_CORNER[:, None] + _STEPS / 2) / 2)  # (4, 9, 9) child's nodes from its parent's
+_BILINEAR = np.array([[(1 - a) * (1 - b), (1 - a) * b, a * (1 - b), a * b] for a, b in _STEPS / 2])  # from corners
 _EDGES = np.array([(0, 1, 2), (6, 7, 8), (0, 3, 6), (2, 5, 8)])  # a cell's edges as nodes
 _QUARTERS = np.array([(3, 6, -1), (-1, 6, 3)]) / 8  # the quadratic at 1/4 and 3/4 of an edge
 
@@ -182,11 +184,17 @@ class Field:
         return np.where(sphere, self.scene.areas[self.surface] * angle / (4 * np.pi), area)
 
     def surplus(self, values):
-        """values (n, c) -> (n cells, 9, c): at the cell's nodes, value minus its parent's interpolant; 0 for roots."""
+        """values (n, c) -> (n cells, 9, c): at the cell's nodes, value minus its parent's interpolant.
+
+        A root has no parent: its bilinear interpolant takes the place, weakened, being one order less.
+        """
         below = np.flatnonzero(self.parent >= 0)
         parent = self.parent[below]
         which = below - self.child[parent]
         out = np.zeros((len(self.level), 9, values.shape[1]))
+        root = np.flatnonzero(self.parent < 0)
+        at = values[self.nodes[root]]
+        out[root] = ROOT * (at - np.einsum("ij,njc->nic", _BILINEAR, at[:, [0, 2, 6, 8]]))
         predicted = np.einsum("nij,njc->nic", _CHILD_OF_PARENT[which], values[self.nodes[parent]])
         out[below] = values[self.nodes[below]] - predicted
         return out
