@@ -262,11 +262,11 @@ def _slots(pair, occluder, count, width):
 def _regions(table, x, corners, polygons, balls):
     """Regions of the occluders, polygons (m, a) and balls (m, b) padded with -1."""
     regions = []
-    for index in polygons.T:
-        polygon = table.polygon(x, np.maximum(index, 0) if (index >= 0).all() else _real(index))
+    for index in polygons.T[(polygons >= 0).any(axis=0)]:
+        polygon = table.polygon(x, _real(index))
         height = np.ones(polygon.shape[1:]) if corners is None else _height_over(corners, polygon)
         regions.append(polygon_region(polygon, height, index >= 0))
-    for index in balls.T:
+    for index in balls.T[(balls >= 0).any(axis=0)]:
         regions.append(ball_region(table.ball(x, _real(index)), index >= 0))
     return regions
 

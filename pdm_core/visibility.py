@@ -22,6 +22,9 @@ class Shafts:
         self.low, self.high = self._heights()
         self.shape = scene.shape_of
         self.sign = np.array([s.sign for s in scene.surfaces])
+        # a plane with the whole scene on one side, a wall, comes between nothing
+        wall = (self.low >= -self.eps).all(axis=1) | (self.high <= self.eps).all(axis=1)
+        self.obstacle = ~(self.is_plane & wall)
 
     def _heights(self):
         """(shapes, shapes) m: least and greatest height of shape k over the plane of shape p (0, 0 for spheres p)."""
@@ -40,6 +43,7 @@ class Shafts:
         sb = self.shape[b]
         keep = self._not_behind(b)
         keep[np.arange(len(b)), sb] = False
+        keep &= self.obstacle
         known = np.flatnonzero(a >= 0)
         if len(known):
             sa, sb = self.shape[a[known]], sb[known]
@@ -71,6 +75,8 @@ class Shafts:
 
     def candidates(self, a, b):
         """Surfaces a, b (p,) -> candidate occluders (p, width), shape indices padded with -1."""
+        if not self.obstacle.any():
+            return np.zeros((len(a), 0), int)
         lists = []
         step = max(1, ENTRIES // len(self.radius))
         for start in range(0, len(a), step):
