@@ -37,10 +37,8 @@ def _temporary_data():
     try:
         yield
     finally:
-        for kind in kinds:
-            blocks = getattr(bpy.data, kind)
-            for block in set(blocks) - before[kind]:
-                blocks.remove(block)
+        # not scenes.remove(): without a window, as under --command, it crashes
+        bpy.data.batch_remove([block for kind in kinds for block in set(getattr(bpy.data, kind)) - before[kind]])
 
 
 def _copy_objects(context, copy, material):
@@ -70,7 +68,8 @@ def _placed(scene, name, data, matrix):
 
 def _baked_material(attribute):
     material = bpy.data.materials.new("PDM picture")
-    material.use_nodes = True
+    if bpy.app.version < (5, 0):
+        material.use_nodes = True  # later materials always do
     tree = material.node_tree
     tree.nodes.clear()
     colour = tree.nodes.new("ShaderNodeAttribute")  # black where the mesh has no such attribute
@@ -125,5 +124,5 @@ def _set_up(copy, original, path):
     copy.view_settings.view_transform = "Standard"
     render.image_settings.file_format = "PNG"
     render.image_settings.color_mode = "RGB"
-    render.use_file_extension = False
+    render.use_file_extension, render.dither_intensity = False, 0.0
     render.filepath = path

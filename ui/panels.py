@@ -26,7 +26,7 @@ class PDM_PT_bake(_Sidebar, Panel):
         if stage is not None:
             layout.progress(factor=stage.fraction, text=stage.text)
             layout.label(text=f"Estimated error {percent(stage.error)}")
-            layout.label(text="Esc cancels", icon="EVENT_ESC")
+            layout.label(text="cancels", icon="EVENT_ESC")
             return
         column = layout.column()
         for name in SETTING_NAMES:

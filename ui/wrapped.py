@@ -4,7 +4,7 @@ import blf
 
 FONT = 0
 POINTS = 11.0  # Blender's default widget text
-MARGIN = 50.0  # the panel's borders, an icon and the scroll bar, in units of the interface scale
+MARGIN = 78.0  # tabs, borders of panel and box, in units of the interface scale
 
 
 def wrapped(layout, context, text, icon="NONE"):

@@ -1,0 +1,47 @@
+"""Installs the zip named by PDM_ZIP into a fresh configuration, as a user would, and disables it at the end.
+
+tests/run.py sets PDM_ZIP and BLENDER_USER_RESOURCES before Blender starts.
+"""
+
+import importlib
+import os
+
+import bpy
+import pytest
+
+MODULE = "bl_ext.user_default.pdm_radiosity"
+
+
+def install():
+    bpy.ops.extensions.package_install_files(
+        filepath=os.environ["PDM_ZIP"], repo="user_default", enable_on_install=True
+    )
+
+
+def pytest_sessionstart(session):
+    if not (os.environ.get("PDM_ZIP") and os.environ.get("BLENDER_USER_RESOURCES")):
+        pytest.exit("tests/blender needs PDM_ZIP and BLENDER_USER_RESOURCES: run `make test`", 2)
+    install()
+
+
+def pytest_sessionfinish(session):
+    # what is still registered at exit crashes 4.2 and 4.5
+    bpy.ops.preferences.addon_disable(module=MODULE)
+
+
+def pytest_collection_modifyitems(items):
+    # uninstalling replaces the modules that the other tests have imported
+    items.sort(key=lambda item: item.path.name == "test_install.py")
+
+
+@pytest.fixture
+def addon():
+    """import_module of a path inside the installed extension: addon("operators.bake")."""
+    return lambda name="": importlib.import_module(f"{MODULE}.{name}" if name else MODULE)
+
+
+@pytest.fixture(autouse=True)
+def empty_scene():
+    """Every test starts from an empty file."""
+    bpy.ops.wm.read_homefile(use_factory_startup=False, use_empty=True)
+    bpy.context.preferences.edit.use_global_undo = True

@@ -1,0 +1,308 @@
+"""bpy.ops.pdm.bake on real scenes: what it writes, what it leaves alone, what it refuses."""
+
+import json
+
+import bpy
+import numpy as np
+import pytest
+import scenes
+from mathutils import Matrix
+
+
+def bake(**settings):
+    """Bakes and returns the report."""
+    assert bpy.ops.pdm.bake(**settings) == {"FINISHED"}
+    return json.loads(bpy.context.scene.pdm_radiosity.last_report)
+
+
+def solution_of(addon, target_error=0.01):
+    reading = addon("operators.read_scene").read_scene(bpy.context)
+    return reading, addon("pdm_core").solve(reading.scene, target_error)
+
+
+def test_colours_are_the_solutions_radiance_at_the_vertices(addon):
+    scenes.lit_ball()
+    report = bake()
+    reading, solution = solution_of(addon)
+    for name in ("Floor", "Ball"):
+        read = next(o for o in reading.objects if o.name == name)
+        surfaces = set(np.asarray(read.polygon_surface).tolist())
+        assert len(surfaces) == 1
+        obj = bpy.data.objects[name]
+        world = scenes.vertices(obj) @ np.array(obj.matrix_world)[:3, :3].T + np.array(obj.matrix_world)[:3, 3]
+        expected = solution.radiance(surfaces.pop(), world)
+        baked = scenes.colours(obj)
+        assert obj.data.color_attributes["Radiosity"].domain == "POINT"
+        np.testing.assert_allclose(baked[:, :3], expected, rtol=2e-7, atol=1e-12)
+        assert (baked[:, 3] == 1).all()
+    assert scenes.colours(bpy.data.objects["Floor"])[:, 0].max() > 0.01
+    assert report["error"] <= 0.01
+
+
+def test_lamp_shows_its_emission():
+    scenes.lit_ball()
+    bake()
+    # its front faces the floor and reflects nothing: radiance is the emission's
+    np.testing.assert_allclose(scenes.colours(bpy.data.objects["Lamp"])[:, :3], [[5, 4, 3]] * 4, rtol=1e-6)
+
+
+def test_radiance_is_emission_plus_reflectance_times_irradiance():
+    scenes.lit_ball()
+    bake()
+    bake(quantity="IRRADIANCE", attribute="Arriving")
+    materials = {"Floor": ((0.6, 0.5, 0.4), 0), "Ball": (0.7, 0), "Lamp": (0, (5, 4, 3))}
+    for name, (reflectance, emission) in materials.items():
+        obj = bpy.data.objects[name]
+        radiance, arriving = scenes.colours(obj)[:, :3], scenes.colours(obj, "Arriving")[:, :3]
+        np.testing.assert_allclose(radiance, np.add(emission, np.multiply(reflectance, arriving)), rtol=1e-5, atol=1e-6)
+
+
+def test_furnace_is_uniform():
+    """Every surface emits 1 - rho: L = 1 everywhere, whatever the geometry; here a room with a ball."""
+    grey = material_emitting_one_minus((0.5, 0.3, 0.8))
+    scenes.box("Room", 4.0, made_of=grey, inverted=True)
+    scenes.sphere("Ball", made_of=material_emitting_one_minus((0.7, 0.2, 0.4)))
+    bake()
+    for name in ("Room", "Ball"):
+        np.testing.assert_allclose(scenes.colours(bpy.data.objects[name])[:, :3], 1.0, atol=0.01)
+
+
+def material_emitting_one_minus(reflectance):
+    made = scenes.new_material("Furnace")
+    shader = next(node for node in made.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    shader.inputs["Base Color"].default_value = (*reflectance, 1)
+    shader.inputs["Emission Color"].default_value = (*(1 - r for r in reflectance), 1)
+    shader.inputs["Emission Strength"].default_value = 1.0
+    return made
+
+
+def test_field_does_not_depend_on_the_mesh():
+    """A sphere of 8 x 4 segments and one of 128 x 64: the same values at the vertices both have."""
+    fields = []
+    for segments, rings in ((8, 4), (128, 64)):
+        bpy.ops.wm.read_homefile(use_empty=True)
+        scenes.lit_ball()
+        bpy.data.objects.remove(bpy.data.objects["Ball"])
+        place = Matrix.Translation((0, 0, 1.5))
+        ball = scenes.sphere("Ball", segments, rings, 1.0, place, scenes.material("Ball", (0.7, 0.7, 0.7)))
+        bake()
+        fields.append((scenes.vertices(ball), scenes.colours(ball)[:, :3].astype(float)))
+    (coarse, values), (fine, fine_values) = fields
+    distance = np.linalg.norm(coarse[:, None] - fine[None], axis=2)
+    assert distance.min(axis=1).max() < 1e-6
+    difference = np.abs(values - fine_values[distance.argmin(axis=1)])
+    assert difference.max() < 1e-6 * values.max()
+
+
+def test_domain_is_automatic():
+    scenes.lit_ball()
+    scenes.box("Box", 0.5, Matrix.Translation((1, 1, 1)))
+    bake()
+    domains = {o.name: o.data.color_attributes["Radiosity"].domain for o in bpy.data.objects}
+    assert domains == {"Floor": "POINT", "Ball": "POINT", "Lamp": "POINT", "Box": "CORNER"}
+
+
+def test_point_domain_of_a_box_is_the_mean_of_the_meeting_faces():
+    scenes.lit_ball()
+    box = scenes.box("Box", 0.5, Matrix.Translation((1.5, 0, 1)))
+    bake(attribute="Corners")
+    bake(attribute="Points", domain="POINT")
+    corner_vertex = np.empty(len(box.data.loops), np.int32)
+    box.data.loops.foreach_get("vertex_index", corner_vertex)
+    corners, points = scenes.colours(box, "Corners"), scenes.colours(box, "Points")
+    mean = [corners[corner_vertex == v].mean(axis=0) for v in range(len(points))]
+    np.testing.assert_allclose(points, mean, rtol=1e-6)
+    assert np.ptp(corners[:, 0]) > 0.01
+
+
+def test_exposure_and_bytes_and_what_they_clip():
+    floor, _, lamp = scenes.lit_ball()
+    bake()
+    report = bake(attribute="Bright", exposure=1.0)
+    np.testing.assert_allclose(scenes.colours(floor, "Bright")[:, :3], 2 * scenes.colours(floor)[:, :3], rtol=1e-6)
+    assert not any("clipped" in w for w in report["warnings"])
+    report = bake(attribute="Bytes", data_type="BYTE_COLOR")
+    assert lamp.data.color_attributes["Bytes"].data_type == "BYTE_COLOR"
+    np.testing.assert_allclose(scenes.colours(lamp, "Bytes"), 1.0)
+    assert any("4 colours above 1 clipped" in w and "Lamp" in w for w in report["warnings"])
+    # 8 bits of sRGB: a step is at most 1 / 255 of the encoded range, .9 % of full scale when decoded
+    np.testing.assert_allclose(scenes.colours(floor, "Bytes"), np.minimum(scenes.colours(floor), 1), atol=0.0046)
+
+
+def test_selected_objects_only_receive_and_all_light():
+    floor, ball, lamp = scenes.lit_ball()
+    bake(attribute="All")
+    for obj in (floor, ball, lamp):
+        obj.select_set(obj is floor)
+    bake(objects="SELECTED")
+    np.testing.assert_array_equal(scenes.colours(floor), scenes.colours(floor, "All"))
+    assert "Radiosity" not in ball.data.color_attributes and "Radiosity" not in lamp.data.color_attributes
+
+
+def test_only_the_attribute_of_that_name_is_replaced():
+    floor = scenes.lit_ball()[0]
+    colours = floor.data.color_attributes
+    other = colours.new("Mine", "BYTE_COLOR", "CORNER")
+    other.data.foreach_set("color", np.full(4 * len(other.data), 0.25, np.float32))
+    mine = scenes.colours(floor, "Mine").copy()
+    colours.new("Radiosity", "BYTE_COLOR", "CORNER")
+    colours.active_color_name = colours.default_color_name = "Mine"
+    bake()
+    new = colours["Radiosity"]
+    assert (new.data_type, new.domain) == ("FLOAT_COLOR", "POINT")
+    assert sorted(c.name for c in colours) == ["Mine", "Radiosity"]
+    np.testing.assert_array_equal(scenes.colours(floor, "Mine"), mine)
+    assert colours.active_color_name == colours.default_color_name == "Radiosity"
+
+
+def test_undo_restores_the_old_colours():
+    scenes.lit_ball()
+    bake()
+    before = scenes.colours(bpy.data.objects["Floor"]).copy()
+    bpy.ops.ed.undo_push(message="Before")
+    assert bpy.ops.pdm.bake("EXEC_DEFAULT", True, exposure=2.0) == {"FINISHED"}
+    np.testing.assert_allclose(scenes.colours(bpy.data.objects["Floor"])[:, :3], 4 * before[:, :3], rtol=1e-6)
+    bpy.ops.ed.undo()
+    np.testing.assert_array_equal(scenes.colours(bpy.data.objects["Floor"]), before)
+
+
+def test_a_failed_write_leaves_every_mesh_as_it_was(addon, monkeypatch):
+    scenes.lit_ball()
+    bake()
+    floor, ball, lamp = (bpy.data.objects[n] for n in ("Floor", "Ball", "Lamp"))
+    ball.data.color_attributes.remove(ball.data.color_attributes["Radiosity"])
+    before = scenes.colours(floor).copy()
+    module = addon("operators.colour_attribute")
+    write, calls = module._write, []
+
+    def failing(*arguments):
+        calls.append(arguments)
+        if len(calls) == 3:
+            raise MemoryError("no room")
+        return write(*arguments)
+
+    monkeypatch.setattr(module, "_write", failing)
+    with pytest.raises(RuntimeError, match="no room.*nothing was changed"):
+        bpy.ops.pdm.bake(exposure=3.0, domain="CORNER")
+    assert len(calls) > 3  # the third failed, and what came before was put back
+    assert floor.data.color_attributes["Radiosity"].domain == "POINT"
+    np.testing.assert_array_equal(scenes.colours(floor), before)
+    assert "Radiosity" not in ball.data.color_attributes
+    assert lamp.data.color_attributes.active_color_name == "Radiosity"
+
+
+@pytest.mark.parametrize(
+    "name, said",
+    [
+        ("", "empty"),
+        ("   ", "empty"),
+        ("x" * 64, "64 bytes"),
+        ("é" * 32, "64 bytes"),
+        (".hidden", "reserved"),
+        ("position", "reserved"),
+        ("sharp_edge", "reserved"),
+    ],
+)
+def test_names_that_blender_cannot_hold(name, said):
+    floor = scenes.lit_ball()[0]
+    with pytest.raises(RuntimeError, match=said):
+        bpy.ops.pdm.bake(attribute=name)
+    assert len(floor.data.color_attributes) == 0
+
+
+@pytest.mark.parametrize("name", ["x" * 63, "é" * 31 + "x", "Größe 1"])
+def test_the_longest_names_that_it_can(name):
+    floor = scenes.lit_ball()[0]
+    bake(attribute=name)
+    assert [c.name for c in floor.data.color_attributes] == [name]
+
+
+def test_an_attribute_of_another_kind_is_not_replaced():
+    floor = scenes.lit_ball()[0]
+    floor.data.uv_layers.new(name="Radiosity")
+    with pytest.raises(RuntimeError, match="'Floor'.*no colour"):
+        bpy.ops.pdm.bake()
+    floor.vertex_groups.new(name="Weights")
+    with pytest.raises(RuntimeError, match="'Floor'.*vertex group"):
+        bpy.ops.pdm.bake(attribute="Weights")
+    assert len(floor.data.color_attributes) == 0 and len(floor.data.uv_layers) == 1
+
+
+def test_edit_mode_is_refused():
+    floor, ball, _ = scenes.lit_ball()
+    bpy.context.view_layer.objects.active = floor
+    bpy.ops.object.mode_set(mode="EDIT")
+    with pytest.raises(RuntimeError, match="'Floor'.*Object Mode"):
+        bpy.ops.pdm.bake()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert len(ball.data.color_attributes) == 0
+
+
+def test_linked_mesh_is_not_baked(tmp_path):
+    scenes.lit_ball()
+    library = tmp_path / "library.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(library), copy=True)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(str(library), link=True) as (_, linked):
+        linked.objects = ["Floor"]
+    bpy.context.collection.objects.link(linked.objects[0])
+    with pytest.raises(RuntimeError, match=r"Floor.*(library|linked)"):
+        bpy.ops.pdm.bake()
+
+
+def test_a_scene_with_nothing_to_bake_says_why():
+    with pytest.raises(RuntimeError, match="Nothing to bake"):
+        bpy.ops.pdm.bake()
+    scenes.cone("Cone")
+    with pytest.raises(RuntimeError, match="Cone"):
+        bpy.ops.pdm.bake()
+
+
+def test_a_refused_object_is_named_in_the_report():
+    scenes.lit_ball()
+    scenes.cone("Cone")
+    report = bake()
+    assert [entry["name"] for entry in report["refused"]] == ["Cone"]
+    assert len(report["refused"][0]["reason"]) > 10
+    assert "Radiosity" not in bpy.data.objects["Cone"].data.color_attributes
+
+
+def test_report_counts_what_was_written():
+    objects = scenes.lit_ball()
+    report = bake()
+    assert {entry["name"] for entry in report["objects"]} == {"Floor", "Ball", "Lamp"}
+    assert all(entry["baked"] for entry in report["objects"])
+    assert report["vertices"] == sum(len(obj.data.vertices) for obj in objects) == report["colours"]
+    seconds = report["seconds"]
+    assert set(seconds) == {"read", "solve", "evaluate", "write", "total"}
+    assert abs(sum(seconds.values()) - 2 * seconds["total"]) < 1e-9
+    assert report["settings"]["target_error"] == pytest.approx(0.01)
+    assert report["versions"]["blender"] == bpy.app.version_string
+    assert report["history"][-1][1] == report["error"]
+
+
+def test_scan_lists_what_the_bake_will_take():
+    scenes.lit_ball()
+    scenes.cone("Cone")
+    assert bpy.ops.pdm.scan() == {"FINISHED"}
+    scan = bpy.context.scene.pdm_radiosity.scan()
+    assert {o["name"] for o in scan["objects"]} == {"Floor", "Ball", "Lamp"}
+    assert [r["name"] for r in scan["refused"]] == ["Cone"]
+
+
+def test_closing_the_steps_early_changes_nothing(addon):
+    """What Esc does in a window."""
+    floor = scenes.lit_ball()[0]
+    module = addon("operators.bake")
+    steps = module.bake_steps(bpy.context, module.BakeSettings())
+    stages = {next(steps).text for _ in range(3)}
+    steps.close()
+    assert "Reading the scene" in stages
+    assert len(floor.data.color_attributes) == 0
+    assert bpy.context.scene.pdm_radiosity.last_report == ""
+
+
+def test_invoke_in_background_bakes_at_once():
+    floor = scenes.lit_ball()[0]
+    assert bpy.ops.pdm.bake("INVOKE_DEFAULT") == {"FINISHED"}
+    assert "Radiosity" in floor.data.color_attributes

@@ -1,0 +1,139 @@
+"""`--command pdm bake`: exit codes, files, messages; the same main() that a script calls."""
+
+import json
+
+import bpy
+import numpy as np
+import pytest
+import scenes
+
+
+@pytest.fixture
+def main(addon):
+    return addon("operators.command_line").main
+
+
+@pytest.fixture
+def saved(tmp_path):
+    """A lit ball, saved and loaded as `blender -b scene.blend` does."""
+    scenes.lit_ball()
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    return path
+
+
+def test_bake_writes_file_and_report(main, saved, capfd):
+    before = saved.read_bytes()
+    output, report = saved.with_name("baked.blend"), saved.with_name("report.json")
+    code = main(["bake", "--target-error", "0.02", "--output", str(output), "--report", str(report)])
+    printed = capfd.readouterr()
+    assert code == 0, printed.err
+    assert "Baked 3 objects" in printed.out
+    assert "pdm: Solving" in printed.err and "Baked" not in printed.err
+    assert saved.read_bytes() == before
+    written = json.loads(report.read_text())
+    assert written["settings"]["target_error"] == 0.02 and written["error"] <= 0.02
+    bpy.ops.wm.open_mainfile(filepath=str(output))
+    assert scenes.colours(bpy.data.objects["Floor"])[:, 0].max() > 0.01
+    assert json.loads(bpy.context.scene.pdm_radiosity.last_report) == written
+
+
+def test_objects_and_options(main, saved):
+    report = saved.with_name("r.json")
+    words = "--objects Floor Ball --attribute Light --quantity irradiance --domain corner --data-type byte_color"
+    assert main(["bake", *words.split(), "--exposure", "-2", "--time-limit", "100", "--report", str(report)]) == 0
+    attribute = bpy.data.objects["Floor"].data.color_attributes["Light"]
+    assert (attribute.domain, attribute.data_type) == ("CORNER", "BYTE_COLOR")
+    assert "Light" in bpy.data.objects["Ball"].data.color_attributes
+    assert "Light" not in bpy.data.objects["Lamp"].data.color_attributes
+    assert json.loads(report.read_text())["settings"] == {
+        "objects": ["Floor", "Ball"],
+        "target_error": 0.01,
+        "time_limit": 100.0,
+        "attribute": "Light",
+        "quantity": "IRRADIANCE",
+        "domain": "CORNER",
+        "data_type": "BYTE_COLOR",
+        "exposure": -2.0,
+    }
+
+
+def test_unknown_object_fails_and_writes_nothing(main, saved, capfd):
+    report = saved.with_name("r.json")
+    assert main(["bake", "--objects", "Flor", "--report", str(report)]) == 1
+    assert "Flor" in capfd.readouterr().err
+    assert not report.exists()
+    assert len(bpy.data.objects["Floor"].data.color_attributes) == 0
+
+
+@pytest.mark.parametrize("words", [["--help"], ["bake", "--help"]])
+def test_help(main, words, capfd):
+    assert main(words) == 0
+    assert "usage: blender -b SCENE.blend --command pdm" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        ([], "required"),
+        (["fry"], "invalid choice"),
+        (["bake"], "nothing would be written"),
+        (["bake", "--target-error", "-1", "--report", "r.json"], "not between"),
+        (["bake", "--target-error", "much", "--report", "r.json"], "much"),
+        (["bake", "--target-error", "nan", "--report", "r.json"], "not between"),
+        (["bake", "--domain", "FACE", "--report", "r.json"], "invalid choice"),
+        (["bake", "--output", "baked.txt"], "must end in .blend"),
+        (["bake", "--image", "out.jpg"], "must end in .png"),
+        (["bake", "--report", "no such folder/r.json"], "does not exist"),
+    ],
+)
+def test_wrong_usage_is_2(main, saved, words, said, capfd):
+    assert main(words) == 2
+    assert said in capfd.readouterr().err
+
+
+def test_a_file_that_did_not_load_is_refused(main, tmp_path, capfd):
+    """`blender -b missing.blend --command` runs on the default scene."""
+    scenes.lit_ball()
+    assert main(["bake", "--report", str(tmp_path / "r.json")]) == 1
+    assert "no .blend file was loaded" in capfd.readouterr().err
+    assert not (tmp_path / "r.json").exists()
+
+
+def test_image_shows_the_colours_and_changes_nothing(main, saved, capfd):
+    scene, image = bpy.context.scene, saved.with_name("out.png")
+    scene.render.resolution_x, scene.render.resolution_y = 80, 60
+    scene.view_settings.view_transform = "Standard"
+    kinds = ("scenes", "objects", "meshes", "cameras", "materials", "worlds")
+    before = {kind: sorted(block.name for block in getattr(bpy.data, kind)) for kind in kinds}
+    engine = scene.render.engine
+    with bpy.context.temp_override(window=None):  # as under `blender -b --command`
+        assert main(["bake", "--image", str(image)]) == 0, capfd.readouterr().err
+    assert {kind: sorted(block.name for block in getattr(bpy.data, kind)) for kind in kinds} == before
+    assert (scene.render.engine, scene.camera) == (engine, None)
+    assert picture(image).shape == (60, 80, 3)
+    assert picture(image).max() > 0.2 and picture(image).min() < 0.02
+
+
+def test_image_pixel_is_the_baked_colour_from_the_scenes_camera(main, saved):
+    """A camera that sees nothing but the lamp: every pixel is its emission, scaled by the exposure into the range."""
+    scene, image = bpy.context.scene, saved.with_name("out.png")
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    camera.location, camera.rotation_euler = (1, 0, 3.8), (np.pi, 0, 0)
+    assert main(["bake", "--exposure", "-3", "--image", str(image)]) == 0
+    linear = np.array([5, 4, 3]) / 8
+    encoded = 1.055 * linear ** (1 / 2.4) - 0.055
+    np.testing.assert_allclose(picture(image).reshape(-1, 3), [encoded] * 256, atol=1.01 / 255)
+
+
+def picture(path):
+    """(height, width, 3) the file's own numbers, 0 to 1."""
+    image = bpy.data.images.load(str(path))
+    image.colorspace_settings.name = "Non-Color"
+    values = np.array(image.pixels[:]).reshape(image.size[1], image.size[0], -1)[:, :, :3]
+    bpy.data.images.remove(image)
+    return values
