@@ -6,11 +6,9 @@ DECAY = 0.25  # a leaf's own error, of the surplus its nodes showed: smooth fiel
 SOURCE = 0.15  # weight of a leaf's direct light as a source of indirect light elsewhere
 
 
-def leaf_errors(field, indirect, direct):
-    """Nodal rho I and rho rho D (n, 3) -> (n cells,) estimated L2 error of L that each cell's interpolation makes."""
-    own = (field.surplus(indirect) ** 2).sum(axis=2).mean(axis=1)
-    sent = ((SOURCE * field.surplus(direct)) ** 2).sum(axis=2).mean(axis=1)
-    return DECAY * np.sqrt((own + sent) * field.sizes())
+def leaf_errors(field, value):
+    """Nodal radiance (n, 3) -> (n cells,) estimated L2 error that each cell, as a source, makes elsewhere."""
+    return SOURCE * DECAY * np.sqrt((field.surplus(value) ** 2).sum(axis=2).mean(axis=1) * field.sizes())
 
 
 def sample_points(field, leaf_error, count):

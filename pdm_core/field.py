@@ -161,15 +161,17 @@ class Field:
         leaves = leaves[self.level[leaves] < DEEPEST - 2]
         return leaves[(self._edge_nodes(leaves, 8) >= 0).any(axis=(1, 2))]
 
-    def conform(self, values):
-        """values (n, c) with nodes that hang on a coarser neighbour's edge set to that edge: a continuous field."""
+    def conform_of(self, leaves, index, values):
+        """Values (m, c) of some surface's nodes, continuous: those that hang on a coarser neighbour's edge set to it.
+
+        leaves: all of the surface's; index (n nodes,): place of each of its nodes in values.
+        """
         values = values.copy()
-        leaves = self.leaves
         hanging = self._edge_nodes(leaves, 4)
         for level in range(self.level[leaves].max() + 1):
             cell, edge, part = np.nonzero((hanging >= 0) & (self.level[leaves] == level)[:, None, None])
-            ends = self.nodes[leaves[cell][:, None], _EDGES[edge]]
-            values[hanging[cell, edge, part]] = np.einsum("nk,nkc->nc", _QUARTERS[part], values[ends])
+            ends = index[self.nodes[leaves[cell][:, None], _EDGES[edge]]]
+            values[index[hanging[cell, edge, part]]] = np.einsum("nk,nkc->nc", _QUARTERS[part], values[ends])
         return values
 
     def sizes(self):
@@ -183,21 +185,22 @@ class Field:
         angle = _solid(b[:, 0], b[:, 1]) - _solid(a[:, 0], b[:, 1]) - _solid(b[:, 0], a[:, 1]) + _solid(a[:, 0], a[:, 1])
         return np.where(sphere, self.scene.areas[self.surface] * angle / (4 * np.pi), area)
 
-    def surplus(self, values):
-        """values (n, c) -> (n cells, 9, c): at the cell's nodes, value minus its parent's interpolant.
+    def surplus_of(self, cells, index, values):
+        """Values (m, c), at nodes through index (n nodes,) -> (n cells, 9, c): value minus the parent's interpolant.
 
         A root has no parent: its bilinear interpolant takes the place, weakened, being one order less.
         """
-        below = np.flatnonzero(self.parent >= 0)
-        parent = self.parent[below]
-        which = below - self.child[parent]
-        out = np.zeros((len(self.level), 9, values.shape[1]))
-        root = np.flatnonzero(self.parent < 0)
-        at = values[self.nodes[root]]
-        out[root] = ROOT * (at - np.einsum("ij,njc->nic", _BILINEAR, at[:, [0, 2, 6, 8]]))
-        predicted = np.einsum("nij,njc->nic", _CHILD_OF_PARENT[which], values[self.nodes[parent]])
-        out[below] = values[self.nodes[below]] - predicted
+        at, parent = values[index[self.nodes[cells]]], self.parent[cells]
+        root, below = np.flatnonzero(parent < 0), np.flatnonzero(parent >= 0)
+        out = np.empty(at.shape)
+        out[root] = ROOT * (at[root] - np.einsum("ij,njc->nic", _BILINEAR, at[root][:, [0, 2, 6, 8]]))
+        which = cells[below] - self.child[parent[below]]
+        out[below] = at[below] - _CHILD_OF_PARENT[which] @ values[index[self.nodes[parent[below]]]]
         return out
+
+    def surplus(self, values):
+        """As surplus_of, for all cells and values (n nodes, c)."""
+        return self.surplus_of(np.arange(len(self.level)), np.arange(len(self.keys)), values)
 
     def predict(self, values, old):
         """values (old, c) of the first nodes -> (n - old, c) at the others, from their cells' parents, coarse first."""
@@ -255,12 +258,6 @@ class Field:
             uv[split] = 2 * uv[split] - upper
             cell[split] = self.child[cell[split]] + 2 * upper[:, 0] + upper[:, 1]
         return cell, basis2(uv)
-
-    def interpolate(self, values, surface, points):
-        """values (n nodes, c) at points (m, 3) m of one surface -> (m, c)"""
-        local = self.scene.surfaces[surface].shape.local(points)
-        cell, weight = self.locate(np.full(len(local), surface), local)
-        return np.einsum("nk,nkc->nc", weight, values[self.nodes[cell]])
 
 
 def _solid(x, y):

@@ -4,6 +4,7 @@ A row entry is (exact visible form factor of a source cell) x (kernel-weighted m
 a constant field is gathered exactly whatever the cells. Cells are taken as coarse as the tolerance allows.
 """
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,8 @@ from .quadrature import gauss_legendre
 from .scene import unit
 
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
-ENTRIES = 1 << 20  # of a dense block of rows
+BLOCK_SECONDS = 0.06  # of work between two signs of life
+ENTRIES = 1 << 21  # of a dense block of rows
 _GAUSS = gauss_legendre(3)[0]
 _CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
 _CHILDREN = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
@@ -57,9 +59,9 @@ class Gather:
 
     def blocks(self, points, normals, surface, detail, tolerance):
         """Yield (slice, dense rows (k, n nodes)) over the receivers; tolerance (m,) per link, in detail's units."""
-        count = len(self.field.keys)
-        step = int(np.clip(ENTRIES // max(count, 1), 16, 1024))
-        for start in range(0, len(points), step):
+        count, start, step = len(self.field.keys), 0, 16
+        while start < len(points):
+            began = time.perf_counter()
             part = slice(start, start + step)
             x, n, own, tol = points[part], normals[part], surface[part], tolerance[part]
             rows = np.zeros(len(x) * count)
@@ -68,6 +70,9 @@ class Gather:
                 flat = (receiver[:, None] * count + node).ravel()
                 rows += np.bincount(flat, weight.ravel(), minlength=len(rows))
             yield part, rows.reshape(len(x), count)
+            start += step
+            pace = BLOCK_SECONDS / max(time.perf_counter() - began, 1e-4)
+            step = int(np.clip(step * min(pace, 4.0), 8, max(8, ENTRIES // count)))
 
     def _entries(self, x, n, own, detail, tol):
         if len(self.flat):

@@ -14,24 +14,27 @@ from .direct import Factors
 from .error_estimates import leaf_errors, sample_points, spread
 from .field import DEEPEST, Field
 from .gather import Detail, Gather
+from .krylov import gmres
 from .plan import plan
+from .received import Received
 from .scene import Scene, SceneError
 from .visibility import Shafts
 
 Progress = namedtuple("Progress", "fraction error seconds")
 
 COARSEST = 0.08  # relative error aimed at by the first round
-STEP = 3.0  # each further round aims this much lower
+STEP = 8.0  # each further round aims at most this much lower
 LINK_SHARE = 0.1  # tolerance of one link, of the round's target
+EXACT_SHARE = 0.3  # of the target: what the interpolated sum of the lesser sources may cost
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 REFINE_TO = 0.5  # a refinement leaves this part of the target in the leaves not split
-MAX_ROUNDS = 6  # refinements towards one target
+MAX_ROUNDS = 8  # refinements towards one target
 MAX_NODES = 9000  # a dense operator of 650 MB
 MAX_KRYLOV = 60
 SAMPLES = 96  # points where the residual is measured each round
 FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 1.5
-EVALUATE = 1 << 14  # points evaluated at once
+EVALUATE = 1 << 13  # points evaluated at once
 
 
 class Solution:
@@ -52,22 +55,21 @@ class Solution:
 
     def incident(self, surface_index, points):
         """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side"""
-        s, points = self._state, np.asarray(points, float)
-        own = self.scene.surfaces[surface_index]
+        points = np.asarray(points, float).reshape(-1, 3)
         out = np.empty((len(points), 3))
         for start in range(0, len(points), EVALUATE):
             part = slice(start, start + EVALUATE)
-            on = own.shape.project(points[part])
-            smooth = s.field.interpolate(s.conformed, surface_index, on)
-            x = s.field.inset(surface_index, on)
-            out[part] = s.direct(x, own.normals(on), np.full(len(x), surface_index)) + smooth
+            out[part] = self._state.incident(surface_index, points[part])
         return np.maximum(out, 0.0)
 
     def irradiance(self, points, normals):
         """points (n, 3) m, unit normals (n, 3), anywhere in space -> irradiance / pi (n, 3)"""
-        s = self._state
-        points, normals = np.asarray(points, float), np.asarray(normals, float)
-        return s.gathered(points, normals, np.full(len(points), -1), s.link_tolerance)
+        points, normals = np.asarray(points, float).reshape(-1, 3), np.asarray(normals, float).reshape(-1, 3)
+        free = np.full(len(points), -1)
+        gathered = np.zeros((len(points), 3))
+        for part, value in self._state.gathered(points, normals, free, self._state.link_tolerance):
+            gathered[part] = value
+        return gathered + self._state.direct(points, normals, free)
 
     def relight(self, scene):
         """The same shapes and sides with other reflectance, emission or background -> Solution, without visibility."""
@@ -90,15 +92,54 @@ class _State:
         self.error, self.error_parts, self.history = float("inf"), {}, []
         self.fractions = np.zeros((0, len(self.lights) + 1))
         self.indirect = np.zeros((0, 3))
-        self.norm, self.link_tolerance = 0.0, float("inf")
+        self.rows = np.zeros((0, 0))
+        self.optimism = 1.0  # error measured by residuals, of the error the surpluses promise
+        self.exact, self.remembered = {}, {}
 
     def elapsed(self):
         return time.perf_counter() - self.started
+
+    # -- light ---------------------------------------------------------------------------------------------------
 
     def direct(self, points, normals, surface):
         if not len(self.lights) and not self.background:
             return np.zeros((len(points), 3))
         return self.factors.matrix(points, normals, surface, self.lights, self.background) @ self.light
+
+    def incident(self, index, points):
+        own, received = self.scene.surfaces[index], self.received[index]
+        on = own.shape.project(points)
+        sources = self.reflectors[received.exact]
+        wanted = np.union1d(self.lights, sources)
+        key = index, hash(points.tobytes())
+        if key not in self.remembered:
+            x = self.field.inset(index, on)
+            self.remembered[key] = self.factors.matrix(
+                x, own.normals(on), np.full(len(x), index), wanted, self.background
+            )
+        factors = self.remembered[key]
+        lights = np.append(np.searchsorted(wanted, self.lights), -1)
+        return factors[:, lights] @ self.light + received.at(on, factors[:, np.searchsorted(wanted, sources)])
+
+    def gathered(self, points, normals, surface, tolerance):
+        """Yield (slice, indirect irradiance / pi (k, 3)) at points."""
+        gather = Gather(self.field, self.factors, self.reflectors)
+        value = self.radiosity()
+        for part, rows in gather.blocks(points, normals, surface, self.detail(), self.tolerance(surface, tolerance)):
+            yield part, rows @ value
+
+    def radiosity(self):
+        """(n nodes, 3): what the nodes send on besides the lights' uniform emission."""
+        own = self.field.node_surface
+        return self.scene.reflectance[own] * (self.lit + self.indirect) + self.added[own]
+
+    def gain(self):
+        """How much the rooms amplify an error spread evenly: 1 / (1 - share of the light that is indirect)."""
+        rho = self.scene.reflectance[self.field.node_surface]
+        indirect, all_light = (rho * self.indirect).sum(), (rho * (self.lit + self.indirect)).sum()
+        return 1.0 / max(1.0 - indirect / max(all_light, 1e-300), 1e-6)
+
+    # -- geometry ------------------------------------------------------------------------------------------------
 
     def grow(self):
         """Direct light at new nodes, exact; indirect light there from the parents as a first guess."""
@@ -108,17 +149,12 @@ class _State:
         self.fractions = np.concatenate([self.fractions, new])
         self.indirect = np.concatenate([self.indirect, f.predict(self.indirect, old)])
         self.lit = self.fractions @ self.light
-
-    def radiosity(self):
-        """(n nodes, 3): what the nodes send on besides the lights' uniform emission."""
-        own = self.field.node_surface
-        return self.scene.reflectance[own] * (self.lit + self.indirect) + self.added[own]
+        self.measure()
 
     def measure(self):
         """Norm of L - Le over all surfaces: sqrt of the area integral of the squared channels."""
         f = self.field
-        own = f.node_surface
-        value = ((self.scene.reflectance[own] * (self.lit + self.indirect)) ** 2).sum(axis=1)
+        value = ((self.scene.reflectance[f.node_surface] * (self.lit + self.indirect)) ** 2).sum(axis=1)
         leaves = f.leaves
         self.norm = float(np.sqrt((value[f.nodes[leaves]].mean(axis=1) * f.sizes()[leaves]).sum()))
         self.level = self.norm / np.sqrt(self.scene.areas.sum())
@@ -126,15 +162,12 @@ class _State:
     def detail(self):
         """How the sources vary, for the choice of links."""
         f, value = self.field, self.radiosity()
-        at = value[f.nodes]
-        variation = np.ptp(at, axis=1).max(axis=1)
+        variation = np.ptp(value[f.nodes], axis=1).max(axis=1)
         surplus = np.abs(f.surplus(value)).max(axis=(1, 2))
         below = np.zeros(len(f.level))
         for level in range(f.level.max(), 0, -1):
             cells = np.flatnonzero(f.level == level)
             np.maximum.at(below, f.parent[cells], np.maximum(below[cells], surplus[cells]))
-        surface = np.zeros(len(self.scene))
-        np.maximum.at(surface, f.surface[f.parent < 0], variation[f.parent < 0])
         low, high = np.full((len(self.scene), 3), np.inf), np.full((len(self.scene), 3), -np.inf)
         np.minimum.at(low, f.node_surface, value)
         np.maximum.at(high, f.node_surface, value)
@@ -145,96 +178,103 @@ class _State:
         rho = np.where(surface >= 0, self.scene.reflectance[surface].max(axis=1), 1.0)
         return tolerance / np.maximum(rho, 0.05)
 
+    def extend(self):
+        """Rows for the nodes that have none; yields now and then."""
+        f, old = self.field, len(self.rows)
+        rows = np.zeros((len(f.keys), len(f.keys)))
+        rows[:old, :old] = self.rows
+        if len(self.reflectors) and self.norm > 0:
+            gather = Gather(f, self.factors, self.reflectors)
+            own = f.node_surface[old:]
+            tolerance = self.tolerance(own, self.link_tolerance)
+            for part, block in gather.blocks(f.points[old:], f.normals[old:], own, self.detail(), tolerance):
+                rows[old:][part] = block
+                yield
+            self.counts["links"] += gather.links
+        self.rows = rows
+
+    # -- solving -------------------------------------------------------------------------------------------------
+
     def scatter(self, value):
-        """rho A value: what the nodes send on of what they receive, (n nodes, 3)"""
-        return self.operator @ (self.scene.reflectance[self.field.node_surface] * value)
+        """A rho value, (n nodes, 3)"""
+        return self.rows @ (self.scene.reflectance[self.field.node_surface] * value)
 
     def solve(self, tolerance):
         """I = A rho (D + I) + A added, from the guess at hand."""
         own = self.field.node_surface
-        right = self.operator @ (self.scene.reflectance[own] * self.lit + self.added[own])
+        right = self.rows @ (self.scene.reflectance[own] * self.lit + self.added[own])
         self.indirect, steps, self.solver_error = gmres(self.scatter, right, self.indirect, tolerance, MAX_KRYLOV)
         self.counts["iterations"] += steps
+        self.measure()
 
-    def estimate(self, target):
-        """Relative error of L_h, in named parts, from the residual at random points and the field's surpluses."""
-        f = self.field
-        rho = self.scene.reflectance[f.node_surface]
-        self.leaf_error = leaf_errors(f, rho * self.indirect, rho * rho * self.lit)
+    def divide(self, target):
+        """Received light of every surface split by source; estimates of what interpolation costs."""
+        f, value = self.field, self.radiosity()
+        received = np.zeros((len(f.keys), len(self.reflectors), 3))
+        factors = np.zeros(received.shape[:2])
+        for k, s in enumerate(self.reflectors):
+            nodes = np.flatnonzero(f.node_surface == s)
+            columns = self.rows[:, nodes]
+            received[:, k], factors[:, k] = columns @ value[nodes], columns.sum(axis=1)
+        lights = np.flatnonzero(np.isin(self.reflectors, self.lights))
+        rho = self.scene.reflectance
+        self.leaf_error = leaf_errors(f, rho[f.node_surface] * value)
+        self.received = []
+        for s in range(len(self.scene)):
+            nodes = f.node_surface == s
+            share = max(self.scene.areas[s] / self.scene.areas.sum(), 0.5 / len(self.scene))
+            allowed = EXACT_SHARE * target * self.norm * np.sqrt(share)
+            part = Received(f, s, received[nodes], factors[nodes], self.reflectors)
+            part.choose(rho[s], allowed, self.exact.get(s, lights), s in self.exact)
+            self.leaf_error[part.leaves] = np.hypot(self.leaf_error[part.leaves], part.leaf_error)
+            self.received.append(part.conform())
+        self.promised = np.sqrt((self.leaf_error[f.leaves] ** 2).sum()) / max(self.norm, 1e-300)
+
+    # -- error ---------------------------------------------------------------------------------------------------
+
+    def check(self):
+        """Relative error of L_h, in named parts, from the residual at random points."""
         if self.norm == 0 or not len(self.reflectors):
             self.error, self.error_parts = 0.0, {}
         else:
-            surface, points, normals, weight = sample_points(f, self.leaf_error, SAMPLES)
-            fine = self.gathered(points, normals, surface, self.link_tolerance * FINER) \
-                - self.direct(points, normals, surface)
-            yield
-            here = np.empty_like(fine)
+            surface, points, normals, weight = sample_points(self.field, self.leaf_error, SAMPLES)
+            fine, here = np.empty((len(points), 3)), np.empty((len(points), 3))
+            for part, value in self.gathered(points, normals, surface, self.link_tolerance * FINER):
+                fine[part] = value
+                yield
+            fine += self.direct(points, normals, surface)
             for s in np.unique(surface):
-                here[surface == s] = f.interpolate(self.conformed, s, points[surface == s])
+                here[surface == s] = self.incident(s, points[surface == s])
+            self.remembered.clear()
             residual = self.scene.reflectance[surface] * (fine - here)
             rms, mean = spread(residual, weight)
-            solver = self.solver_error
             self.error_parts = {
                 "discretisation": rms / self.norm,
                 "gather": self.gain() * mean / self.norm,
-                "solver": self.gain() * solver,
+                "solver": self.gain() * self.solver_error,
             }
             self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.error_parts.values())))
+            self.optimism = float(np.clip(rms / self.norm / max(self.promised, 1e-300), 0.3, 5.0))
         self.history.append((self.elapsed(), self.error))
 
-    def gain(self):
-        """How much the rooms amplify an error spread evenly: 1 / (1 - share of the light that is indirect)."""
-        rho = self.scene.reflectance[self.field.node_surface]
-        indirect, all_light = (rho * self.indirect).sum(), (rho * (self.lit + self.indirect)).sum()
-        return 1.0 / max(1.0 - indirect / max(all_light, 1e-300), 1e-6)
-
-    def gathered(self, points, normals, surface, tolerance):
-        """Irradiance / pi (m, 3) at points: direct and indirect."""
-        out = self.direct(points, normals, surface)
-        gather = Gather(self.field, self.factors, self.reflectors)
-        value = self.radiosity()
-        for part, rows in gather.blocks(points, normals, surface, self.detail(), self.tolerance(surface, tolerance)):
-            out[part] += rows @ value
-        return out
-
-
-def gmres(apply, right, guess, tolerance, most):
-    """Solve x - apply(x) = right for (n, c) at once, each column for itself (Saad and Schultz 1986).
-
-    Returns x, the steps taken and the greatest relative residual reached.
-    """
-    residual = right - guess + apply(guess)
-    size = np.maximum(np.linalg.norm(right, axis=0), 1e-300)
-    beta = np.linalg.norm(residual, axis=0)
-    basis, columns = [residual / np.where(beta > 0, beta, 1.0)], []
-    left, weights = beta, np.zeros((0, len(beta)))
-    while len(columns) < most and (left > tolerance * size).any():
-        v = basis[-1] - apply(basis[-1])
-        column = []
-        for b in basis:
-            column.append(np.einsum("nc,nc->c", b, v))
-            v = v - column[-1] * b
-        column.append(np.linalg.norm(v, axis=0))
-        columns.append(column)
-        basis.append(v / np.where(column[-1] > 1e-300, column[-1], 1.0))
-        weights, left = _least_squares(columns, beta)
-    x = guess + sum((w * b for w, b in zip(weights, basis)), np.zeros_like(guess))
-    return x, len(columns), float((left / size).max())
-
-
-def _least_squares(columns, beta):
-    """Minimise |beta e1 - H w| for each channel -> w (k, c), residuals (c,)"""
-    k = len(columns)
-    w, left = np.zeros((k, len(beta))), np.zeros(len(beta))
-    for c in range(len(beta)):
-        h = np.zeros((k + 1, k))
-        for j, column in enumerate(columns):
-            h[: j + 2, j] = [value[c] for value in column]
-        right = np.zeros(k + 1)
-        right[0] = beta[c]
-        w[:, c] = np.linalg.lstsq(h, right, rcond=None)[0]
-        left[c] = np.linalg.norm(right - h @ w[:, c])
-    return w, left
+    def refine(self, target):
+        """Split the leaves that hold most of the estimated error; False where nothing is left to split."""
+        f = self.field
+        leaves = f.leaves
+        part = (self.optimism * self.leaf_error[leaves]) ** 2
+        order = np.argsort(-part)
+        rest = part.sum() - np.cumsum(part[order])
+        count = int(np.searchsorted(-rest, -((REFINE_TO * target * self.norm) ** 2))) + 1
+        chosen = leaves[order[:count]]
+        chosen = chosen[(part[order[:count]] > 0) & (f.level[chosen] < DEEPEST)]
+        if not len(chosen):
+            return False
+        if len(f.keys) + 16 * len(chosen) > MAX_NODES:
+            self.warnings.append("the field is as fine as the memory allows")
+            return False
+        f.refine(chosen)
+        self.grow()
+        return True
 
 
 def solve_steps(scene, target_error=1e-2, time_limit=None):
@@ -246,13 +286,17 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
     state, best = _State(scene), None
     state.grow()
     for target in _ladder(target_error):
-        for _ in range(MAX_ROUNDS):
-            for _ in _round(state, target):
+        state.rows = np.zeros((0, 0))
+        state.link_tolerance = LINK_SHARE * target * state.level
+        for turn in range(MAX_ROUNDS):
+            for _ in _round(state, target, turn == MAX_ROUNDS - 1):
                 yield Progress(_fraction(state, target_error), state.error, state.elapsed())
                 if best and _late(state, time_limit):
                     return _finish(best, state, target_error)
-            best = Solution(state)
-            if state.error <= target or _late(state, time_limit) or not _refine(state, target):
+            if state.checked:
+                best = Solution(state)
+            done = state.checked and state.error <= target
+            if done or (best and _late(state, time_limit)) or not state.refine(target):
                 break
         if state.error <= target_error or _late(state, time_limit):
             break
@@ -282,7 +326,7 @@ def _check(scene, target_error, time_limit):
 
 def _ladder(target_error):
     """Targets of the rounds: coarse ones first, so that there is always something to deliver."""
-    steps = max(0, int(np.ceil(np.log(COARSEST / target_error) / np.log(STEP))))
+    steps = max(0, int(np.ceil(np.log(COARSEST / target_error) / np.log(STEP) - 0.01)))
     return [target_error * STEP**k for k in range(steps, -1, -1)]
 
 
@@ -291,7 +335,7 @@ def _late(state, time_limit):
 
 
 def _fraction(state, target_error):
-    """How much is done, from the error: time grows about as its logarithm's exponential, so this is a rough guide."""
+    """How much is done, from the error: a rough guide, as the cost of what is left is not known."""
     if not np.isfinite(state.error) or state.error <= 0:
         return 0.0
     return float(np.clip(target_error / state.error, 0.0, 1.0))
@@ -304,46 +348,16 @@ def _finish(solution, state, target_error):
     return solution
 
 
-def _round(state, target):
-    """Rows at all nodes to this round's tolerance, the solve, the estimate; yields now and then."""
-    f = state.field
-    state.measure()
-    state.link_tolerance = LINK_SHARE * target * state.level
-    operator = np.zeros((len(f.keys), len(f.keys)))
-    if len(state.reflectors) and state.norm > 0:
-        gather = Gather(f, state.factors, state.reflectors)
-        tolerance = state.tolerance(f.node_surface, state.link_tolerance)
-        for part, rows in gather.blocks(f.points, f.normals, f.node_surface, state.detail(), tolerance):
-            operator[part] = rows
-            yield
-        state.counts["links"] += gather.links
-    state.operator = operator
+def _round(state, target, last):
+    """Rows at new nodes, the solve, and where the surpluses promise enough, the check; yields now and then."""
+    yield from state.extend()
     state.solve(SOLVER_SHARE * target)
     yield
-    state.measure()
-    state.conformed = f.conform(state.indirect)
-    yield from state.estimate(target)
-
-
-def _refine(state, target):
-    """Split the leaves that hold most of the estimated error; False where nothing is left to split."""
-    f = state.field
-    leaves = f.leaves
-    part = state.leaf_error[leaves] ** 2
-    seen = state.error_parts.get("discretisation", 0.0) * state.norm  # the residual knows better than the surplus
-    part *= max(1.0, seen**2 / max(part.sum(), 1e-300))
-    order = np.argsort(-part)
-    rest = part.sum() - np.cumsum(part[order])
-    allowed = (REFINE_TO * target * state.norm) ** 2
-    count = int(np.searchsorted(-rest, -allowed)) + 1
-    chosen = leaves[order[:count]]
-    chosen = chosen[(part[order[:count]] > 0) & (f.level[chosen] < DEEPEST)]
-    if not len(chosen) or len(f.keys) + 16 * len(chosen) > MAX_NODES:
-        state.warnings.append("the field is as fine as memory allows") if len(chosen) else None
-        return False
-    f.refine(chosen)
-    state.grow()
-    return True
+    state.divide(target)
+    yield
+    state.checked = last or SAFETY * state.optimism * state.promised <= target or state.rows.shape[0] > MAX_NODES / 2
+    if state.checked:
+        yield from state.check()
 
 
 def _relit(old, scene):
@@ -362,10 +376,9 @@ def _relit(old, scene):
     state.light = np.concatenate([scene.emission[old.lights], scene.background[None]])
     state.added = scene.emission.copy()
     state.added[old.lights] = 0.0
+    state.exact = {s: part.exact for s, part in enumerate(old.received)}
     state.lit = state.fractions @ state.light
-    state.solve(1e-2 * old.error)
-    state.measure()
-    state.conformed = state.field.conform(state.indirect)
-    for _ in state.estimate(old.error):
-        pass
+    state.solve(1e-2 * max(old.error, 1e-6))
+    state.divide(old.error)
+    state.error = old.error * max(1.0, state.promised / max(old.promised, 1e-300))
     return Solution(state)

@@ -1,0 +1,92 @@
+"""Indirect light on one surface between its nodes: exact form factors times smooth mean radiances, plus a remainder.
+
+What x receives from source s is F(x, s) M(x, s): the visible form factor, with all its shadows, corners and
+contacts, times the mean radiance of what x sees of s, which varies little. For the sources that matter M is
+interpolated and F is taken exactly at x; the others are interpolated as a sum.
+"""
+
+import numpy as np
+
+from .error_estimates import DECAY
+
+MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
+
+
+class Received:
+    """Values on the nodes (n,) of one surface.
+
+    received (n, s, 3): irradiance / pi from each source; factors (n, s); sources (s,) surface indices.
+    """
+
+    def __init__(self, field, surface, received, factors, sources):
+        self.field, self.surface, self.sources = field, surface, sources
+        self.cells = np.flatnonzero(field.surface == surface)
+        self.local = np.zeros(len(field.keys), int)
+        nodes = np.flatnonzero(field.node_surface == surface)
+        self.local[nodes] = np.arange(len(nodes))
+        self.received, self.factors = received, factors
+        self.means = self._fill(np.divide(received, factors[..., None], out=np.zeros_like(received),
+                                          where=factors[..., None] > 0))
+
+    def _fill(self, means):
+        """Means where nothing of the source is seen: those of the cells around, else of the whole surface."""
+        leaves = self.cells[self.field.child[self.cells] < 0]
+        nodes = self.local[self.field.nodes[leaves]]
+        weight = self.factors
+        overall = (weight[..., None] * means).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None]
+        total, share = np.zeros_like(means), np.zeros_like(weight)
+        near = weight[nodes].sum(axis=1)
+        around = (weight[nodes][..., None] * means[nodes]).sum(axis=1)
+        np.add.at(share, nodes, near[:, None])
+        np.add.at(total, nodes, around[:, None])
+        unseen = weight <= 1e-12
+        means = means.copy()
+        guess = np.where((share > 0)[..., None], total / np.maximum(share, 1e-300)[..., None], overall)
+        means[unseen] = guess[unseen]
+        return means
+
+    def choose(self, reflectance, allowed, always, only):
+        """Decide which sources are exact, so that the rest interpolates to `allowed` (in L2 of L); keep the errors.
+
+        always: those exact in any case; only: no others.
+        """
+        f = self.field
+        leaves = self.cells[f.child[self.cells] < 0]
+        nodes, size = self.local[f.nodes[leaves]], f.sizes()[leaves]
+        shape = (len(self.means), -1)
+        lump = f.surplus_of(leaves, self.local, self.received.reshape(shape)).reshape(*nodes.shape, -1, 3)
+        split = f.surplus_of(leaves, self.local, self.means.reshape(shape)).reshape(lump.shape)
+        split = reflectance * split * self.factors[nodes][..., None]
+        lump = reflectance * lump
+        scale = size[:, None, None] * DECAY**2 / 9
+        cost_lump = (scale * (lump**2).sum(axis=3)).sum(axis=(0, 1))
+        cost_split = (scale * (split**2).sum(axis=3)).sum(axis=(0, 1))
+        order = np.argsort(cost_split - cost_lump)
+        order = np.concatenate([always, order[~np.isin(order, always)]]).astype(int)
+        rest = cost_lump.sum() - np.cumsum(cost_lump[order])
+        count = len(always)
+        while not only and count < min(len(order), MOST) and (rest[count - 1] if count else cost_lump.sum()) > allowed**2:
+            if cost_split[order[count]] >= cost_lump[order[count]]:
+                break
+            count += 1
+        self.exact, others = order[:count], order[count:]
+        self.values = np.concatenate([
+            self.received[:, others].sum(axis=1), self.means[:, self.exact].reshape(len(self.means), 3 * count)
+        ], axis=1)
+        lumped = (lump[:, :, others].sum(axis=2) ** 2).sum(axis=2)
+        each = (split[:, :, self.exact] ** 2).sum(axis=(2, 3))
+        self.leaf_error = DECAY * np.sqrt((lumped + each).mean(axis=1) * size)
+        self.leaves = leaves
+        return self
+
+    def conform(self):
+        self.values = self.field.conform_of(self.leaves, self.local, self.values)
+        return self
+
+    def at(self, points, factors):
+        """points (n, 3) m on the surface, factors (n, exact sources) -> irradiance / pi (n, 3)"""
+        local = self.field.scene.surfaces[self.surface].shape.local(points)
+        cell, weight = self.field.locate(np.full(len(local), self.surface), local)
+        value = np.einsum("nk,nkc->nc", weight, self.values[self.local[self.field.nodes[cell]]])
+        means = value[:, 3:].reshape(len(value), -1, 3)
+        return value[:, :3] + np.einsum("ns,nsc->nc", factors, means)
