@@ -20,7 +20,7 @@ from .quadrature import gauss_legendre
 
 COINCIDENT = 1e-12  # sine of the angle below which two arcs count as one; the error made is of this size
 GRAZING = 1e-12
-INNER, OUTER, BOTH, EITHER = range(4)
+INNER, OUTER, BOTH = range(3)
 TURN = 2 * np.pi
 EDGE_ON = 1e-14  # of the cube of its reach: a polygon of less volume with the point is seen edge-on
 CONIC_POINTS, CONIC_PARTS = 16, 4  # Gauss rule for arcs of elliptic cones, per part of a piece
@@ -147,17 +147,20 @@ def sky_source(n):
     return Region(p, np.roll(p, -1, axis=1), np.stack([n] * 3, axis=1), n[:, None], None, np.ones(n.shape[1], bool))
 
 
-def _edges_in_planes(p, q, planes, edge_planes, nudge):
+def _edges_in_planes(p, q, planes, edge_planes, nudge, first):
     """The part [lo, hi] (e, m) of each edge inside all planes, for edges that may coincide with a region's boundary.
 
-    nudge says where the edge is tested: INNER or OUTER, just on that side of it; BOTH, on both sides; EITHER, on one.
+    nudge says where the edge is tested: INNER or OUTER, just on that side of it; BOTH, on both sides.
+    first (m,): where it is enough that one side is inside.
     """
     lo, hi = np.zeros(p.shape[1:]), np.ones(p.shape[1:])
     length_p, length_q = np.sqrt(dot(p, p)), np.sqrt(dot(q, q))
     for k in range(planes.shape[1]):
         m = planes[:, k][:, None]
         along = dot(edge_planes, m)
-        shift = COINCIDENT * {INNER: along, OUTER: -along, BOTH: -np.abs(along), EITHER: np.abs(along)}[nudge]
+        shift = COINCIDENT * {INNER: along, OUTER: -along, BOTH: -np.abs(along)}[nudge]
+        if first is not None:
+            shift = np.where(first, COINCIDENT * np.abs(along), shift)
         a, b = dot(m, p) + shift * length_p, dot(m, q) + shift * length_q
         t = divide(a, a - b)
         lo = np.where((a < 0) & (b >= 0), np.maximum(lo, t), lo)
@@ -207,8 +210,8 @@ def _edges_in_ball(p, q, planes, ball):
     return first, last
 
 
-def _edges_in(region, p, q, edge_planes, nudge):
-    lo, hi = _edges_in_planes(p, q, region.planes, edge_planes, nudge)
+def _edges_in(region, p, q, edge_planes, nudge, first=None):
+    lo, hi = _edges_in_planes(p, q, region.planes, edge_planes, nudge, first)
     if region.ball is not None:
         l, h = _edges_in_ball(p, q, edge_planes, region.ball)
         lo, hi = np.maximum(lo, l), np.minimum(hi, h)
@@ -326,22 +329,28 @@ def _conic_pieces(n, ball, inside, outside):
     return np.where(keep, _arc_integral(n, ball, f0, f1), 0.0).sum(axis=0)
 
 
-def region_factor(n, source, occluders):
-    """Form factor (m,) from points with unit normals n (3, m) to source minus the union of occluders (Regions)."""
+def source_integral(n, source, occluders):
+    """Contour integral over 2 pi (m,) along the source's own boundary outside all occluders; n (3, m) unit normals."""
     lo = np.zeros(source.p.shape[1:])
     hidden = [_edges_in(o, source.p, source.q, source.edge_planes, INNER) for o in occluders]
     total = _edge_pieces(n, source.p, source.q, source.edge_planes, lo, lo + 1.0, hidden)
     if source.ball is not None:
         horizon = Region(source.p, source.q, source.edge_planes, source.planes, None, source.active)
         total += _conic_pieces(n, source.ball, horizon, occluders)
-    for k, occluder in enumerate(occluders):
-        others = occluders[:k] + occluders[k + 1 :]
-        if occluder.ball is not None:
-            total -= np.where(occluder.active, _conic_pieces(n, occluder.ball, source, others), 0.0)
-            continue
+    return np.where(source.active, total, 0.0) / TURN
+
+
+def occluder_integral(n, occluder, source, others, first):
+    """Contour integral over 2 pi (m,) along one occluder's boundary inside the source and outside the others.
+
+    first: for each of the others (m,), whether it comes before the occluder: of two coinciding edges on the same
+    side the first one's counts, on opposite sides neither.
+    """
+    if occluder.ball is not None:
+        total = _conic_pieces(n, occluder.ball, source, others)
+    else:
         p, q, planes = occluder.p, occluder.q, occluder.edge_planes
         lo, hi = _edges_in(source, p, q, planes, BOTH)
-        # of two coinciding edges on the same side the first occluder's counts; on opposite sides neither
-        hidden = [_edges_in(o, p, q, planes, EITHER if j < k else OUTER) for j, o in enumerate(others)]
-        total -= np.where(occluder.active, _edge_pieces(n, p, q, planes, lo, np.maximum(hi, lo), hidden), 0.0)
-    return np.where(source.active, np.maximum(total, 0.0), 0.0) / TURN
+        hidden = [_edges_in(o, p, q, planes, OUTER, f) for o, f in zip(others, first)]
+        total = _edge_pieces(n, p, q, planes, lo, np.maximum(hi, lo), hidden)
+    return np.where(occluder.active & source.active, total, 0.0) / TURN

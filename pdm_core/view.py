@@ -10,7 +10,17 @@ import numpy as np
 
 from .closed_forms import dot, polygon_unoccluded, sphere_unoccluded
 from .quadrature import gauss_legendre
-from .regions import Ball, ball_region, ball_source, divide, polygon_region, region_factor, sky_source, transform
+from .regions import (
+    Ball,
+    ball_region,
+    ball_source,
+    divide,
+    occluder_integral,
+    polygon_region,
+    sky_source,
+    source_integral,
+    transform,
+)
 from .scene import Sphere
 
 TOUCHING = 1e-9  # depth, relative to the shapes' size, up to which shapes that cross count as touching
@@ -145,12 +155,18 @@ def _may_overlap(table, x, n, occluder, centre, radius):
     keep = dot(n, d) > -r
     if centre is None:
         return keep
+    return keep & ~_cones_apart(table, x, occluder, centre, radius)
+
+
+def _cones_apart(table, x, shape, centre, radius):
+    """(m,) Whether the cone of a shape's bounding sphere is apart from that of the sphere centre (3, m), radius (m,)."""
+    d, r = table.origin[:, shape] - x, table.bound[shape]
     e = centre - x
     dd, ee = dot(d, d), dot(e, e)
     outside = (dd > r * r) & (ee > radius * radius)
     # angle between the axes against the sum of half angles: cos(axes) < cos(sum), everything times |d| |e|
     cosine = np.sqrt(np.maximum(dd - r * r, 0.0) * np.maximum(ee - radius * radius, 0.0)) - r * radius
-    return keep & ~(outside & (dot(d, e) < cosine * (1 - 1e-9) - 1e-12 * np.sqrt(dd * ee)))
+    return outside & (dot(d, e) < cosine - 1e-9 * np.sqrt(dd * ee))
 
 
 def _sift(table, x, n, source, corners, pair, occluder, sky):
@@ -251,23 +267,47 @@ def _against_dome(table, dome, ball_of=None, polygon_of=None):
     return ~beyond & (far > 1 + TOUCHING), beyond
 
 
-def _slots(pair, occluder, count, width):
-    """Entries (sorted by pair) as a table (count, width) of occluders padded with -1."""
-    first = np.searchsorted(pair, np.arange(count))
-    table = np.full((count, width), -1)
-    table[pair, np.arange(len(pair)) - first[pair]] = occluder
-    return table
+def _overlapping(table, x, pair, occluder):
+    """Entries (pair, occluder), sorted by pair, that overlap another of the same pair: indices (entry, other entry)."""
+    first = np.searchsorted(pair, pair)
+    count = np.bincount(pair, minlength=x.shape[1])[pair]
+    e = np.repeat(np.arange(len(pair)), count)
+    other = first[e] + np.arange(len(e)) - np.repeat(np.cumsum(count) - count, count)
+    apart = _cones_apart(table, x[:, pair[e]], occluder[e], table.origin[:, occluder[other]], table.bound[occluder[other]])
+    keep = (e != other) & ~apart
+    return e[keep], other[keep]
 
 
-def _regions(table, x, corners, polygons, balls):
-    """Regions of the occluders, polygons (m, a) and balls (m, b) padded with -1."""
+def _groups(table, m, row, occluder):
+    """Rows with their occluders (entries sorted by row) in groups of like numbers: (rows, slots (rows, k) padded)."""
+    balls = table.is_ball[occluder]
+    number = [np.bincount(row[kind], minlength=m) for kind in (~balls, balls)]
+    # beyond four rounded up, so that groups stay large
+    size = [np.where(c > 4, 2 ** np.ceil(np.log2(np.maximum(c, 1))).astype(int), c) for c in number]
+    key = size[0] * 4096 + size[1]
+    slots = []
+    for kind, width in zip((~balls, balls), number):
+        r, o = row[kind], occluder[kind]
+        slot = np.full((m, max(width.max(initial=0), 1)), -1)
+        slot[r, np.arange(len(r)) - np.searchsorted(r, np.arange(m))[r]] = o
+        slots.append(slot)
+    for value in np.unique(key[key > 0]):
+        rows = np.nonzero(key == value)[0]
+        a, b = divmod(int(value), 4096)
+        for group in _parts(rows, max(GROUP // (1 + a + b), 64)):
+            yield group, np.concatenate([slots[0][group, :a], slots[1][group, :b]], axis=1)
+
+
+def _regions(table, x, corners, slots):
+    """Regions of the occluders in slots (m, k), each column of one kind and padded with -1."""
     regions = []
-    for index in polygons.T[(polygons >= 0).any(axis=0)]:
+    for index in slots.T[(slots >= 0).any(axis=0)]:
+        if table.is_ball[index.max()]:
+            regions.append(ball_region(table.ball(x, _real(index)), index >= 0))
+            continue
         polygon = table.polygon(x, _real(index))
         height = np.ones(polygon.shape[1:]) if corners is None else _height_over(corners, polygon)
         regions.append(polygon_region(polygon, height, index >= 0))
-    for index in balls.T[(balls >= 0).any(axis=0)]:
-        regions.append(ball_region(table.ball(x, _real(index)), index >= 0))
     return regions
 
 
@@ -292,7 +332,7 @@ def _unoccluded(table, x, n, source, corners, sky):
     radius = table.radius[source]
     out = sphere_unoccluded(x.T, n.T, table.origin[:, source].T, np.where(radius > 0, radius, table.bound[source]))
     for part in _parts(np.nonzero(radius == 0)[0], GROUP):
-        out[part] = region_factor(n[:, part], ball_source(table.ball(x[:, part], source[part]), n[:, part]), [])
+        out[part] = source_integral(n[:, part], ball_source(table.ball(x[:, part], source[part]), n[:, part]), [])
     return out
 
 
@@ -333,26 +373,42 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
         return _unoccluded(table, x, n, source, corners, sky)
     occluder = occluders[pair, slot]
     sifted = _sift(table, x, n, source, corners, pair, occluder, sky)
-    pair, occluder = pair[sifted.active], occluder[sifted.active]
-    balls = table.is_ball[occluder]
-    number = [np.bincount(pair[kind], minlength=m) for kind in (~balls, balls)]
-    slots = [_slots(pair[k], occluder[k], m, c.max(initial=0)) for k, c in zip((~balls, balls), number)]
-    out = np.zeros(m)
     sampled, lit = sifted.crossing & ~sifted.dark, ~sifted.crossing & ~sifted.dark
-    free = np.nonzero(lit & (number[0] + number[1] == 0))[0]
+    entry = sifted.active & lit[pair]
+    pair, occluder = pair[entry], occluder[entry]
+    out = np.zeros(m)
+    hidden = np.bincount(pair, minlength=m) > 0
+    free = np.nonzero(lit & ~hidden)[0]
     out[free] = _unoccluded(table, *pick(free))
     counts["free"] += len(free)
-    # like numbers of occluders together; beyond four rounded up, so that groups stay large
-    size = [np.where(c > 4, 2 ** np.ceil(np.log2(np.maximum(c, 1))).astype(int), c) for c in number]
-    key = np.where(lit & (number[0] + number[1] > 0), size[0] * 4096 + size[1], -1)
-    for value in np.unique(key[key >= 0]):
-        index = np.nonzero(key == value)[0]
-        a, b = value // 4096, value % 4096
-        counts["exact"] += len(index)
-        for group in _parts(index, max(GROUP // (1 + 2 * a + b), 64)):
-            xs, ns, *rest = pick(group)
-            regions = _regions(table, xs, rest[1], slots[0][group, :a], slots[1][group, :b])
-            out[group] = region_factor(ns, _source(table, xs, ns, *rest), regions)
+    counts["exact"] += int(hidden.sum())
+    # the source's own boundary outside all occluders
+    for group, slots in _groups(table, m, pair, occluder):
+        xs, ns, *rest = pick(group)
+        out[group] += source_integral(ns, _source(table, xs, ns, *rest), _regions(table, xs, rest[1], slots))
+    # each occluder's boundary inside the source and outside the other occluders that it meets in the view
+    e, other = _overlapping(table, x, pair, occluder)
+    alone = np.nonzero(np.bincount(e, minlength=len(pair)) == 0)[0]
+    lists = [*_groups(table, len(pair), e, occluder[other])]
+    lists += [(part, np.zeros((len(part), 0), int)) for part in _parts(alone, GROUP)]
+    for group, slots in lists:
+        for kind in (False, True):
+            of_kind = table.is_ball[occluder[group]] == kind
+            index, others = group[of_kind], slots[of_kind]
+            if not len(index):
+                continue
+            xs, ns, *rest = pick(pair[index])
+            own = _regions(table, xs, rest[1], occluder[index][:, None])[0]
+            used = others.T[(others >= 0).any(axis=0)]
+            value = occluder_integral(
+                ns,
+                own,
+                _source(table, xs, ns, *rest),
+                _regions(table, xs, rest[1], others),
+                [column < occluder[index] for column in used],
+            )
+            np.subtract.at(out, pair[index], value)
+    out = np.maximum(out, 0.0)
     index = np.nonzero(sampled)[0]
     counts["sampled"] += len(index)
     for group in _parts(index, 64):
