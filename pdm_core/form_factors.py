@@ -108,7 +108,7 @@ def _row(scene, shafts, row, targets, hidden, rtol, counts):
 
 
 SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
-GAIN = 4.0  # how much better the four children are than their parent, at the least (kinks: h^2.5)
+GAIN = 1.0  # how much better four children may be trusted to be than their difference from their parent
 ROUNDING = 1e-15
 
 
