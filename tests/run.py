@@ -84,9 +84,7 @@ class MissingPython(Exception):
 
 def find_python(version):
     """The path of a working interpreter of `version` ("3.11"), or None."""
-    pyenv = os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv"
-    installed = sorted(glob.glob(f"{pyenv}/versions/{version}*/bin/python"), reverse=True)
-    for candidate in [f"python{version}", "python3", "python", *installed, sys.executable]:
+    for candidate in [f"python{version}", "python3", "python", *managed_pythons(version), sys.executable]:
         try:
             # a version manager's shim may stand on PATH and only say "not found"; venv may be packaged apart
             asked = "import sys, venv, ensurepip; print('%d.%d' % sys.version_info[:2]); print(sys.executable)"
@@ -97,6 +95,16 @@ def find_python(version):
         if found.returncode == 0 and answer[0] == version:
             return answer[1]
     return None
+
+
+def managed_pythons(version):
+    """Interpreters of `version` that pyenv has installed, whether or not its shims may start them here."""
+    roots = [os.environ.get("PYENV_ROOT"), str(Path.home() / ".pyenv")]
+    shim = shutil.which(f"python{version}")
+    if shim and Path(shim).parent.name == "shims":
+        roots.append(str(Path(shim).parents[1]))
+    patterns = [f"{glob.escape(root)}/versions/{version}.*/bin/python" for root in roots if root]
+    return [path for pattern in patterns for path in sorted(glob.glob(pattern), reverse=True)]
 
 
 def venv(name, version, packages):

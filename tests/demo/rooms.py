@@ -12,18 +12,18 @@ from mathutils import Matrix, Vector
 
 WHITE, RED, GREEN = (0.7369, 0.7365, 0.7384), (0.4926, 0.0490, 0.0511), (0.0679, 0.3988, 0.0863)
 LIGHT, LIGHT_REFLECTANCE = (20.737, 10.861, 2.772), (0.78, 0.78, 0.78)
-WALL_CELLS, SEGMENTS, RINGS = 40, 64, 32
+SEGMENTS, RINGS = 64, 32
 
 
-def cornell():
+def cornell(cells):
     """5.528 x 5.592 x 5.488, the light 1 cm under the ceiling, the spheres 1 mm over the floor."""
     x, y, z = 5.528, 5.592, 5.488
     white, red, green = diffuse("White", WHITE), diffuse("Red", RED), diffuse("Green", GREEN)
-    wall("Floor", (0, 0, 0), (x, 0, 0), (0, y, 0), white)
-    wall("Ceiling", (0, 0, z), (0, y, 0), (x, 0, 0), white)
-    wall("Left", (0, 0, 0), (0, y, 0), (0, 0, z), red)
-    wall("Right", (x, 0, 0), (0, 0, z), (0, y, 0), green)
-    wall("Back", (0, y, 0), (x, 0, 0), (0, 0, z), white)
+    wall("Floor", (0, 0, 0), (x, 0, 0), (0, y, 0), white, cells)
+    wall("Ceiling", (0, 0, z), (0, y, 0), (x, 0, 0), white, cells)
+    wall("Left", (0, 0, 0), (0, y, 0), (0, 0, z), red, cells)
+    wall("Right", (x, 0, 0), (0, 0, z), (0, y, 0), green, cells)
+    wall("Back", (0, y, 0), (x, 0, 0), (0, 0, z), white, cells)
     lamp = diffuse("Light", LIGHT_REFLECTANCE, LIGHT, front_only=True)
     wall("Light", (2.098, 2.27, 5.478), (0, 1.05, 0), (1.3, 0, 0), lamp, 8)
     ball("Small", (3.673, 1.69, 0.835), 0.825, white)
@@ -31,16 +31,16 @@ def cornell():
     camera((2.78, -8.0, 2.73), (2.78, 2.8, 2.73), 39.3)
 
 
-def paper():
+def paper(cells):
     """The ceiling emits 1, the ball reflects .8, the walls .5 but for two coloured ones."""
     grey = diffuse("Grey", (0.5, 0.5, 0.5))
     a = 3.0
-    wall("Floor", (-a, -a, -a), (6, 0, 0), (0, 6, 0), grey)
-    wall("Ceiling", (-a, -a, a), (0, 6, 0), (6, 0, 0), diffuse("Ceiling", (0.5, 0.5, 0.5), (1, 1, 1)))
-    wall("Left", (-a, -a, -a), (0, 6, 0), (0, 0, 6), diffuse("Red", (0.6, 0.1, 0.1)))
-    wall("Right", (a, -a, -a), (0, 0, 6), (0, 6, 0), diffuse("Green", (0.1, 0.55, 0.12)))
-    wall("Back", (-a, a, -a), (6, 0, 0), (0, 0, 6), grey)
-    wall("Front", (-a, -a, -a), (0, 0, 6), (6, 0, 0), grey)
+    wall("Floor", (-a, -a, -a), (6, 0, 0), (0, 6, 0), grey, cells)
+    wall("Ceiling", (-a, -a, a), (0, 6, 0), (6, 0, 0), diffuse("Ceiling", (0.5, 0.5, 0.5), (1, 1, 1)), cells)
+    wall("Left", (-a, -a, -a), (0, 6, 0), (0, 0, 6), diffuse("Red", (0.6, 0.1, 0.1)), cells)
+    wall("Right", (a, -a, -a), (0, 0, 6), (0, 6, 0), diffuse("Green", (0.1, 0.55, 0.12)), cells)
+    wall("Back", (-a, a, -a), (6, 0, 0), (0, 0, 6), grey, cells)
+    wall("Front", (-a, -a, -a), (0, 0, 6), (6, 0, 0), grey, cells)
     ball("Ball", (0, 0, 0), 1.0, diffuse("Ball", (0.8, 0.8, 0.8)))
     camera((0, -2.95, 0), (0, 0, 0), 95)
 
@@ -48,17 +48,17 @@ def paper():
 ROOMS = {"cornell": cornell, "paper": paper}
 
 
-def build(name, size=600):
-    """Replaces the open file by the room `name`; pictures of it will have `size` x `size` pixels."""
+def build(name, size=600, cells=40):
+    """Replaces the open file by the room `name`, `cells` x `cells` a wall, `size` x `size` pixels a picture."""
     bpy.ops.wm.read_homefile(use_empty=True)
-    ROOMS[name]()
+    ROOMS[name](cells)
     render = bpy.context.scene.render
     render.resolution_x = render.resolution_y = size
     render.resolution_percentage = 100
     bpy.context.view_layer.update()
 
 
-def wall(name, corner, u, v, material, cells=WALL_CELLS):
+def wall(name, corner, u, v, material, cells):
     """A grid over corner + s u + t v, its normals along u x v."""
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=cells, y_subdivisions=cells, size=1.0)
     corner, u, v = Vector(corner), Vector(u), Vector(v)
