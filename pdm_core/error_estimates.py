@@ -2,7 +2,7 @@
 
 import numpy as np
 
-DECAY = 0.25  # a leaf's own error, of the surplus its nodes showed: smooth fields 1/8, kinks 1/2
+DECAY = 0.5  # a leaf's own error, of the surplus its nodes showed: smooth fields 1/8, kinks 1/2
 SOURCE = 0.15  # weight of a leaf's direct light as a source of indirect light elsewhere
 
 

@@ -11,8 +11,18 @@ from .scene import Sphere, unit
 
 DEEPEST = 10  # levels of cells below a chart
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
-ROOT = 0.25  # a root's surplus over the bilinear interpolant counts this much
+ROOT = 0.4  # a root's surplus over the bilinear interpolant counts this much
 NUDGE = 1e-7  # points on a plane's border are moved this part of its edges inwards, off the neighbour's plane
+
+
+def graded(t):
+    """Chart coordinate t in [0, 1] -> position along a plane's edge: nodes crowd to the borders, where neighbours
+    meet and light has d log d terms, quadratically."""
+    return np.sin(t * (np.pi / 2)) ** 2
+
+
+def ungraded(s):
+    return np.arcsin(np.sqrt(np.clip(s, 0.0, 1.0))) * (2 / np.pi)
 
 
 def basis(t):
@@ -46,6 +56,7 @@ class Field:
         surface = np.repeat(np.arange(len(scene)), charts)
         face = np.arange(len(surface)) - self.root[surface]
         zero = np.zeros(len(surface), int)
+        self.node_surface = np.zeros(0, int)
         self.keys = np.zeros(0, np.int64)
         self._order = np.zeros(0, int)
         self.points, self.normals = np.zeros((0, 3)), np.zeros((0, 3))
@@ -93,7 +104,7 @@ class Field:
         surface, place = self._unpack(new)
         local = unit(np.tan((2 * place - 1) * (np.pi / 4)))
         flat = ~self.is_sphere[surface]
-        local[flat] = NUDGE + (1 - 2 * NUDGE) * place[flat]
+        local[flat] = NUDGE + (1 - 2 * NUDGE) * graded(place[flat])
         local[flat, 2] = 0.0
         self.points = np.concatenate([self.points, self._world(surface, local)])
         self.normals = np.concatenate([self.normals, self._normal(surface, local)])
@@ -177,10 +188,10 @@ class Field:
     def sizes(self):
         """(n cells,) m^2: areas; a sphere's cells by their share of the equi-angular chart."""
         count = 1 << self.level
-        area = self.scene.areas[self.surface] / count**2
         sphere = self.is_sphere[self.surface]
         low = self.corner / GRID
         high = low + 1 / count[:, None]
+        area = self.scene.areas[self.surface] * (graded(high) - graded(low)).prod(axis=1)
         a, b = (np.tan((2 * low - 1) * np.pi / 4), np.tan((2 * high - 1) * np.pi / 4))
         angle = _solid(b[:, 0], b[:, 1]) - _solid(a[:, 0], b[:, 1]) - _solid(b[:, 0], a[:, 1]) + _solid(a[:, 0], a[:, 1])
         return np.where(sphere, self.scene.areas[self.surface] * angle / (4 * np.pi), area)
@@ -233,8 +244,12 @@ class Field:
         local[rows, axis] = np.where(self.face[cells] >= 3, 1.0, -1.0)
         local = unit(local)
         flat = ~self.is_sphere[surface]
-        local[flat] = np.column_stack([NUDGE + (1 - 2 * NUDGE) * at, np.zeros(len(at))])[flat]
+        local[flat] = np.column_stack([NUDGE + (1 - 2 * NUDGE) * graded(at), np.zeros(len(at))])[flat]
         return self._world(surface, local), self._normal(surface, local)
+
+    def local(self, surface, points):
+        """points (n, 3) m on surfaces (n,) -> their local coordinates (n, 3)"""
+        return np.einsum("nij,nj->ni", self.inverse[surface], points - self.origin[surface])
 
     # -- reading off ---------------------------------------------------------------------------------------------
 
@@ -248,7 +263,7 @@ class Field:
         angle = np.arctan(across / size[:, None]) * (2 / np.pi) + 0.5
         sphere = self.is_sphere[surface]
         face = np.where(sphere, axis + 3 * (top > 0), 0)
-        return self.root[surface] + face, np.clip(np.where(sphere[:, None], angle, local[:, :2]), 0.0, 1.0)
+        return self.root[surface] + face, np.clip(np.where(sphere[:, None], angle, ungraded(local[:, :2])), 0.0, 1.0)
 
     def locate(self, surface, local):
         """Local coordinates (n, 3) on surfaces (n,) -> leaves (n,) and the weights (n, 9) of their nodes."""

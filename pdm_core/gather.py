@@ -4,17 +4,17 @@ A row entry is (exact visible form factor of a source cell) x (kernel-weighted m
 a constant field is gathered exactly whatever the cells. Cells are taken as coarse as the tolerance allows.
 """
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
 
-from .field import DEEPEST, basis
+from .field import GRID, basis, graded
 from .quadrature import gauss_legendre
 from .scene import unit
 
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
-BLOCK_SECONDS = 0.06  # of work between two signs of life
+RECEIVERS = 1024  # in a block of rows
+LINKS = 8192  # whose form factors are computed between two signs of life
 ENTRIES = 1 << 21  # of a dense block of rows
 _GAUSS = gauss_legendre(3)[0]
 _CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
@@ -54,25 +54,26 @@ class Gather:
         self.rooms = sources[factors.is_inside[sources]]
         self.shape_u = np.array([s.shape.linear[:, 0] for s in factors.scene.surfaces])
         self.shape_v = np.array([s.shape.linear[:, 1] for s in factors.scene.surfaces])
-        self.cross = factors.scene.areas
         self.links = 0
 
     def blocks(self, points, normals, surface, detail, tolerance):
-        """Yield (slice, dense rows (k, n nodes)) over the receivers; tolerance (m,) per link, in detail's units."""
-        count, start, step = len(self.field.keys), 0, 16
-        while start < len(points):
-            began = time.perf_counter()
+        """Yield (slice, dense rows (k, n nodes)) over the receivers, and None between as a sign of life.
+
+        tolerance (m,): of one link, in detail's units.
+        """
+        count = len(self.field.keys)
+        step = int(np.clip(ENTRIES // max(count, 1), 16, RECEIVERS))
+        for start in range(0, len(points), step):
             part = slice(start, start + step)
             x, n, own, tol = points[part], normals[part], surface[part], tolerance[part]
             rows = np.zeros(len(x) * count)
-            for receiver, node, weight in self._entries(x, n, own, detail, tol):
+            for entry in self._entries(x, n, own, detail, tol):
+                yield None
+                receiver, node, weight = entry
                 self.links += len(receiver)
                 flat = (receiver[:, None] * count + node).ravel()
                 rows += np.bincount(flat, weight.ravel(), minlength=len(rows))
             yield part, rows.reshape(len(x), count)
-            start += step
-            pace = BLOCK_SECONDS / max(time.perf_counter() - began, 1e-4)
-            step = int(np.clip(step * min(pace, 4.0), 8, max(8, ENTRIES // count)))
 
     def _entries(self, x, n, own, detail, tol):
         if len(self.flat):
@@ -92,20 +93,31 @@ class Gather:
         # receivers of the frontier are (point, source plane) pairs: a lifted point belongs to one plane only
         pairs = lifted, n[r], height, tol[r]
         todo = _Cells(np.arange(len(r)), self.field.root[s], np.zeros((len(r), 2)), np.ones(len(r)))
+        accepted = []
         while len(todo.receiver):
             todo, done = self._sort_out(todo, *pairs, detail)
-            if len(done.receiver):
-                yield r[done.receiver], *self._link(done, *pairs[:3], own[r])
+            accepted.append(done)
             todo = self._divide(todo)
+        # together, whatever their size: the occlusion works best on many pairs at once
+        links = _Cells(*(np.concatenate([getattr(c, name) for c in accepted])
+                         for name in ("receiver", "owner", "origin", "width")))
+        for part in _parts(np.arange(len(links.receiver)), LINKS):
+            some = links.take(part)
+            yield r[some.receiver], *self._link(some, *pairs[:3], own[r])
 
     def _rectangle(self, cells):
         """Corner (n, 3), edges (n, 3), (n, 3) in space."""
-        f = self.field
-        s, size = f.surface[cells.owner], 0.5 ** f.level[cells.owner]
-        low = f.corner[cells.owner] / (1 << (DEEPEST + 1)) + cells.origin * size[:, None]
-        width = (size * cells.width)[:, None]
+        low, width = self._on_chart(cells)
+        s = self.field.surface[cells.owner]
+        place, size = graded(low), graded(low + width[:, None]) - graded(low)
         u, v = self.shape_u[s], self.shape_v[s]
-        return f.origin[s] + low[:, :1] * u + low[:, 1:] * v, u * width, v * width
+        return self.field.origin[s] + place[:, :1] * u + place[:, 1:] * v, u * size[:, :1], v * size[:, 1:]
+
+    def _on_chart(self, cells):
+        """Lower corner (n, 2) and width (n,) in chart coordinates."""
+        f = self.field
+        size = 0.5 ** f.level[cells.owner]
+        return f.corner[cells.owner] / GRID + cells.origin * size[:, None], size * cells.width
 
     def _sort_out(self, cells, x, n, height, tol, detail):
         """Drop cells below the horizon; tell those to divide further from those good enough."""
@@ -119,7 +131,7 @@ class Gather:
         distance = np.sqrt(distance2)
         g = half / distance
         s = self.field.surface[cells.owner]
-        area = self.cross[s] * 0.25 ** self.field.level[cells.owner] * cells.width**2
+        area = np.linalg.norm(np.cross(u, v), axis=1)
         cosine = np.clip((middle + reach) / distance, 0, 1)
         factor = np.minimum(1.0, area * cosine * np.minimum(height[cells.receiver] / distance + g * 0.5, 1)
                             / (np.pi * distance2))
@@ -149,12 +161,17 @@ class Gather:
         corners = c[:, None] + _CORNERS[:, :1] * u[:, None] + _CORNERS[:, 1:] * v[:, None]
         source = self.field.surface[cells.owner]
         factor = self.factors._visible(x, n, own, source, corners)
-        e = (c - x)[:, None, None] + _GAUSS[:, None, None] * u[:, None, None] + _GAUSS[:, None] * v[:, None, None]
+        low, width = self._on_chart(cells)
+        t = low[:, :, None] + width[:, None, None] * _GAUSS
+        p, slope = graded(t), np.sin(np.pi * t) * gauss_legendre(3)[1]
+        su, sv, o = self.shape_u[source], self.shape_v[source], self.field.origin[source] - x
+        e = o[:, None, None] + p[:, 0, :, None, None] * su[:, None, None] + p[:, 1, None, :, None] * sv[:, None, None]
         kernel = np.maximum(np.einsum("nabi,ni->nab", e, n), 0.0) / np.einsum("nabi,nabi->nab", e, e) ** 2
-        weight = gauss_legendre(3)[1]
-        kernel *= weight[:, None] * weight
+        weight = slope[:, 0, :, None] * slope[:, 1, None]
+        kernel *= weight
+        unseen = kernel.sum(axis=(1, 2)) == 0
+        kernel[unseen] = weight[unseen]
         total = kernel.sum(axis=(1, 2))
-        kernel[total == 0], total[total == 0] = weight[:, None] * weight, 1.0
         kernel *= (factor / total)[:, None, None]
         a = basis(cells.origin[:, :1] + cells.width[:, None] * _GAUSS)
         b = basis(cells.origin[:, 1:] + cells.width[:, None] * _GAUSS)

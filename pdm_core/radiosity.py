@@ -26,6 +26,7 @@ COARSEST = 0.08  # relative error aimed at by the first round
 STEP = 8.0  # each further round aims at most this much lower
 LINK_SHARE = 0.1  # tolerance of one link, of the round's target
 EXACT_SHARE = 0.3  # of the target: what the interpolated sum of the lesser sources may cost
+SENT_SHARE = 0.3  # of the target: what direct light between the nodes may cost as it is sent on
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 REFINE_TO = 0.5  # a refinement leaves this part of the target in the leaves not split
 MAX_ROUNDS = 8  # refinements towards one target
@@ -42,7 +43,7 @@ class Solution:
 
     def __init__(self, state):
         self._state = state = copy.copy(state)  # arrays are replaced as the state grows on, never written into
-        state.field = copy.copy(state.field)
+        state.field, state.sent = copy.copy(state.field), copy.copy(state.sent)
         self.scene, self.plan, self.counts = state.scene, state.plan, dict(state.counts)
         self.error, self.error_parts = state.error, dict(state.error_parts)
         self.seconds, self.history = state.elapsed(), list(state.history)
@@ -67,8 +68,9 @@ class Solution:
         points, normals = np.asarray(points, float).reshape(-1, 3), np.asarray(normals, float).reshape(-1, 3)
         free = np.full(len(points), -1)
         gathered = np.zeros((len(points), 3))
-        for part, value in self._state.gathered(points, normals, free, self._state.link_tolerance):
-            gathered[part] = value
+        for block in self._state.gathered(points, normals, free, self._state.link_tolerance):
+            if block:
+                gathered[block[0]] = block[1]
         return gathered + self._state.direct(points, normals, free)
 
     def relight(self, scene):
@@ -83,7 +85,8 @@ class _State:
         self.scene, self.started = scene, time.perf_counter()
         self.plan, self.counts, self.warnings = plan(scene), Counter(), []
         self.factors = Factors(scene, Shafts(scene), self.counts)
-        self.field = Field(scene)
+        self.field = Field(scene)  # where indirect light is gathered
+        self.sent = Field(scene)  # finer: what the surfaces send on, direct light with its shadows included
         self.lights = np.flatnonzero((scene.emission > 0).any(axis=1))
         self.reflectors = np.flatnonzero((scene.reflectance > 0).any(axis=1))
         self.background = bool((scene.background > 0).any())
@@ -91,7 +94,7 @@ class _State:
         self.added = np.zeros((len(scene), 3))  # emission of surfaces that became lights by relighting
         self.error, self.error_parts, self.history = float("inf"), {}, []
         self.fractions = np.zeros((0, len(self.lights) + 1))
-        self.indirect = np.zeros((0, 3))
+        self.indirect = np.zeros((len(self.field.keys), 3))
         self.rows = np.zeros((0, 0))
         self.optimism = 1.0  # error measured by residuals, of the error the surpluses promise
         self.exact, self.remembered = {}, {}
@@ -123,45 +126,67 @@ class _State:
 
     def gathered(self, points, normals, surface, tolerance):
         """Yield (slice, indirect irradiance / pi (k, 3)) at points."""
-        gather = Gather(self.field, self.factors, self.reflectors)
+        gather = Gather(self.sent, self.factors, self.reflectors)
         value = self.radiosity()
-        for part, rows in gather.blocks(points, normals, surface, self.detail(), self.tolerance(surface, tolerance)):
-            yield part, rows @ value
+        for block in gather.blocks(points, normals, surface, self.detail(), self.tolerance(surface, tolerance)):
+            yield block and (block[0], block[1] @ value)
 
     def radiosity(self):
-        """(n nodes, 3): what the nodes send on besides the lights' uniform emission."""
-        own = self.field.node_surface
-        return self.scene.reflectance[own] * (self.lit + self.indirect) + self.added[own]
+        """(n sent nodes, 3): what the nodes send on besides the lights' uniform emission."""
+        own = self.sent.node_surface
+        return self.scene.reflectance[own] * (self.lit + self.spread(self.indirect)) + self.added[own]
+
+    def spread(self, indirect):
+        """Values (n nodes, c) of the field at the nodes of `sent`."""
+        cell, weight = self.placed
+        return np.einsum("nk,nkc->nc", weight, indirect[self.field.nodes[cell]])
 
     def gain(self):
         """How much the rooms amplify an error spread evenly: 1 / (1 - share of the light that is indirect)."""
-        rho = self.scene.reflectance[self.field.node_surface]
-        indirect, all_light = (rho * self.indirect).sum(), (rho * (self.lit + self.indirect)).sum()
-        return 1.0 / max(1.0 - indirect / max(all_light, 1e-300), 1e-6)
+        rho, indirect = self.scene.reflectance[self.sent.node_surface], self.spread(self.indirect)
+        share = (rho * indirect).sum() / max((rho * (self.lit + indirect)).sum(), 1e-300)
+        return 1.0 / max(1.0 - share, 1e-6)
 
     # -- geometry ------------------------------------------------------------------------------------------------
 
-    def grow(self):
-        """Direct light at new nodes, exact; indirect light there from the parents as a first guess."""
-        f, old = self.field, len(self.fractions)
+    def grow(self, cells):
+        """Split these leaves of `sent`; direct light at its new nodes, exact."""
+        f, old = self.sent, len(self.fractions)
+        f.refine(cells)
         own = f.node_surface[old:]
         new = self.factors.matrix(f.points[old:], f.normals[old:], own, self.lights, self.background)
         self.fractions = np.concatenate([self.fractions, new])
-        self.indirect = np.concatenate([self.indirect, f.predict(self.indirect, old)])
         self.lit = self.fractions @ self.light
+        self.place()
         self.measure()
+
+    def place(self):
+        """Where the nodes of `sent` lie in the field: cells (n,) and weights (n, 9)."""
+        f = self.sent
+        self.placed = self.field.locate(f.node_surface, f.local(f.node_surface, f.points))
+
+    def light_up(self, target):
+        """Refine `sent` until direct light is sent on well enough; yields now and then."""
+        while True:
+            error = leaf_errors(self.sent, self.scene.reflectance[self.sent.node_surface] * self.lit)
+            cells = _worst(self.sent, error, SENT_SHARE * target * self.norm)
+            if not len(cells) or len(self.sent.keys) + 16 * len(cells) > MAX_NODES:
+                return
+            self.grow(cells)
+            yield
 
     def measure(self):
         """Norm of L - Le over all surfaces: sqrt of the area integral of the squared channels."""
-        f = self.field
-        value = ((self.scene.reflectance[f.node_surface] * (self.lit + self.indirect)) ** 2).sum(axis=1)
+        f = self.sent
+        light = self.lit + self.spread(self.indirect)
+        value = ((self.scene.reflectance[f.node_surface] * light) ** 2).sum(axis=1)
         leaves = f.leaves
         self.norm = float(np.sqrt((value[f.nodes[leaves]].mean(axis=1) * f.sizes()[leaves]).sum()))
         self.level = self.norm / np.sqrt(self.scene.areas.sum())
 
     def detail(self):
         """How the sources vary, for the choice of links."""
-        f, value = self.field, self.radiosity()
+        f, value = self.sent, self.radiosity()
         variation = np.ptp(value[f.nodes], axis=1).max(axis=1)
         surplus = np.abs(f.surplus(value)).max(axis=(1, 2))
         below = np.zeros(len(f.level))
@@ -181,14 +206,15 @@ class _State:
     def extend(self):
         """Rows for the nodes that have none; yields now and then."""
         f, old = self.field, len(self.rows)
-        rows = np.zeros((len(f.keys), len(f.keys)))
-        rows[:old, :old] = self.rows
+        rows = np.zeros((len(f.keys), len(self.sent.keys)))
+        rows[:old, : self.rows.shape[1]] = self.rows
         if len(self.reflectors) and self.norm > 0:
-            gather = Gather(f, self.factors, self.reflectors)
+            gather = Gather(self.sent, self.factors, self.reflectors)
             own = f.node_surface[old:]
             tolerance = self.tolerance(own, self.link_tolerance)
-            for part, block in gather.blocks(f.points[old:], f.normals[old:], own, self.detail(), tolerance):
-                rows[old:][part] = block
+            for block in gather.blocks(f.points[old:], f.normals[old:], own, self.detail(), tolerance):
+                if block:
+                    rows[old:][block[0]] = block[1]
                 yield
             self.counts["links"] += gather.links
         self.rows = rows
@@ -197,11 +223,11 @@ class _State:
 
     def scatter(self, value):
         """A rho value, (n nodes, 3)"""
-        return self.rows @ (self.scene.reflectance[self.field.node_surface] * value)
+        return self.rows @ (self.scene.reflectance[self.sent.node_surface] * self.spread(value))
 
     def solve(self, tolerance):
         """I = A rho (D + I) + A added, from the guess at hand."""
-        own = self.field.node_surface
+        own = self.sent.node_surface
         right = self.rows @ (self.scene.reflectance[own] * self.lit + self.added[own])
         self.indirect, steps, self.solver_error = gmres(self.scatter, right, self.indirect, tolerance, MAX_KRYLOV)
         self.counts["iterations"] += steps
@@ -213,22 +239,23 @@ class _State:
         received = np.zeros((len(f.keys), len(self.reflectors), 3))
         factors = np.zeros(received.shape[:2])
         for k, s in enumerate(self.reflectors):
-            nodes = np.flatnonzero(f.node_surface == s)
+            nodes = np.flatnonzero(self.sent.node_surface == s)
             columns = self.rows[:, nodes]
             received[:, k], factors[:, k] = columns @ value[nodes], columns.sum(axis=1)
         lights = np.flatnonzero(np.isin(self.reflectors, self.lights))
         rho = self.scene.reflectance
-        self.leaf_error = leaf_errors(f, rho[f.node_surface] * value)
-        self.received = []
+        self.sent_error = np.sqrt((leaf_errors(self.sent, value)[self.sent.leaves] ** 2).sum())
+        self.leaf_error, self.received = np.zeros(len(f.level)), []
         for s in range(len(self.scene)):
             nodes = f.node_surface == s
             share = max(self.scene.areas[s] / self.scene.areas.sum(), 0.5 / len(self.scene))
             allowed = EXACT_SHARE * target * self.norm * np.sqrt(share)
             part = Received(f, s, received[nodes], factors[nodes], self.reflectors)
             part.choose(rho[s], allowed, self.exact.get(s, lights), s in self.exact)
-            self.leaf_error[part.leaves] = np.hypot(self.leaf_error[part.leaves], part.leaf_error)
+            self.leaf_error[part.leaves] = part.leaf_error
             self.received.append(part.conform())
         self.promised = np.sqrt((self.leaf_error[f.leaves] ** 2).sum()) / max(self.norm, 1e-300)
+        self.sent_error /= max(self.norm, 1e-300)
 
     # -- error ---------------------------------------------------------------------------------------------------
 
@@ -239,8 +266,9 @@ class _State:
         else:
             surface, points, normals, weight = sample_points(self.field, self.leaf_error, SAMPLES)
             fine, here = np.empty((len(points), 3)), np.empty((len(points), 3))
-            for part, value in self.gathered(points, normals, surface, self.link_tolerance * FINER):
-                fine[part] = value
+            for block in self.gathered(points, normals, surface, self.link_tolerance * FINER):
+                if block:
+                    fine[block[0]] = block[1]
                 yield
             fine += self.direct(points, normals, surface)
             for s in np.unique(surface):
@@ -251,6 +279,7 @@ class _State:
             self.error_parts = {
                 "discretisation": rms / self.norm,
                 "gather": self.gain() * mean / self.norm,
+                "sent": self.sent_error,
                 "solver": self.gain() * self.solver_error,
             }
             self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.error_parts.values())))
@@ -260,21 +289,36 @@ class _State:
     def refine(self, target):
         """Split the leaves that hold most of the estimated error; False where nothing is left to split."""
         f = self.field
-        leaves = f.leaves
-        part = (self.optimism * self.leaf_error[leaves]) ** 2
-        order = np.argsort(-part)
-        rest = part.sum() - np.cumsum(part[order])
-        count = int(np.searchsorted(-rest, -((REFINE_TO * target * self.norm) ** 2))) + 1
-        chosen = leaves[order[:count]]
-        chosen = chosen[(part[order[:count]] > 0) & (f.level[chosen] < DEEPEST)]
-        if not len(chosen):
+        cells = _worst(f, self.optimism * self.leaf_error, REFINE_TO * target * self.norm)
+        if not len(cells):
             return False
-        if len(f.keys) + 16 * len(chosen) > MAX_NODES:
+        if len(f.keys) + 16 * len(cells) > MAX_NODES:
             self.warnings.append("the field is as fine as the memory allows")
             return False
-        f.refine(chosen)
-        self.grow()
+        old = len(f.keys)
+        f.refine(cells)
+        self.indirect = np.concatenate([self.indirect, f.predict(self.indirect, old)])
+        self.place()
+        while len(coarser := self._coarser()):
+            self.grow(coarser)
         return True
+
+    def _coarser(self):
+        """Leaves of `sent` that are coarser than the field: it has to carry the field's detail."""
+        f = self.field
+        leaves = f.leaves
+        points = f.points[f.nodes[leaves, 4]]
+        there = self.sent.locate(f.surface[leaves], f.local(f.surface[leaves], points))[0]
+        return np.unique(there[self.sent.level[there] < f.level[leaves]])
+
+
+def _worst(field, error, allowed):
+    """Leaves to split so that those left hold no more than `allowed` of the error (n cells,), in L2."""
+    leaves = field.leaves
+    leaves = leaves[(error[leaves] > 0) & (field.level[leaves] < DEEPEST)]
+    part = error[leaves] ** 2
+    order = np.argsort(part)
+    return leaves[order[np.cumsum(part[order]) > allowed**2]]
 
 
 def solve_steps(scene, target_error=1e-2, time_limit=None):
@@ -284,9 +328,11 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
     """
     _check(scene, target_error, time_limit)
     state, best = _State(scene), None
-    state.grow()
+    state.grow(state.sent.leaves[:0])
     for target in _ladder(target_error):
         state.rows = np.zeros((0, 0))
+        for _ in state.light_up(target):
+            yield Progress(_fraction(state, target_error), state.error, state.elapsed())
         state.link_tolerance = LINK_SHARE * target * state.level
         for turn in range(MAX_ROUNDS):
             for _ in _round(state, target, turn == MAX_ROUNDS - 1):

@@ -5,6 +5,8 @@ contacts, times the mean radiance of what x sees of s, which varies little. For 
 interpolated and F is taken exactly at x; the others are interpolated as a sum.
 """
 
+import copy
+
 import numpy as np
 
 from .error_estimates import DECAY
@@ -19,7 +21,7 @@ class Received:
     """
 
     def __init__(self, field, surface, received, factors, sources):
-        self.field, self.surface, self.sources = field, surface, sources
+        self.field, self.surface, self.sources = copy.copy(field), surface, sources
         self.cells = np.flatnonzero(field.surface == surface)
         self.local = np.zeros(len(field.keys), int)
         nodes = np.flatnonzero(field.node_surface == surface)
