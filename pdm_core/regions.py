@@ -131,8 +131,9 @@ def ball_source(ball, n):
     cut = crosses[0]
     k0, k1, k2 = ball.conic
     enter, leave = (np.where(cut, k0 + k1 * cos[0] + k2 * sin[0], 0.0) for cos, sin in ends)
-    centre = ball.to_world(ball.c)
-    middle = np.where(cut, _unit(centre - dot(n, centre) * n) * np.sqrt(dot(leave, leave)), 0.0)
+    # their bisector on the horizon, well defined up to a half turn (contact)
+    a, b = _unit(leave), _unit(enter)
+    middle = _unit(a + b + cross(n, a - b)) * np.sqrt(dot(leave, leave))
     p, q = np.stack([leave, middle], axis=1), np.stack([middle, enter], axis=1)
     return Region(p, q, np.stack([n, n], axis=1), n[:, None], ball, np.ones(n.shape[1], bool))
 

@@ -25,8 +25,9 @@ from .scene import Sphere
 
 TOUCHING = 1e-9  # depth, relative to the shapes' size, up to which shapes that cross count as touching
 BATCH = 32768  # pairs whose candidates are sifted at once
-GROUP = 2048  # (pair, region) entries in one contour integral: fits the second-level cache
+GROUP = 8192  # (pair, region) entries in one contour integral
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
+FEW = 256  # rows that are not worth several groups: the calls cost more than the padding
 SAMPLES = 24  # Gauss points a direction of the sampled fallback
 
 
@@ -285,6 +286,8 @@ def _groups(table, m, row, occluder):
     # beyond four rounded up, so that groups stay large
     size = [np.where(c > 4, 2 ** np.ceil(np.log2(np.maximum(c, 1))).astype(int), c) for c in number]
     key = size[0] * 4096 + size[1]
+    if np.count_nonzero(key) <= FEW:
+        key[key > 0] = size[0].max(initial=0) * 4096 + size[1].max(initial=0)
     slots = []
     for kind, width in zip((~balls, balls), number):
         r, o = row[kind], occluder[kind]

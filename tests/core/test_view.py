@@ -54,7 +54,9 @@ def free_points(shapes, count, seed=2):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-2.9, 2.9, (count, 3))
     normals = rng.normal(size=(count, 3))
-    outside = np.all([np.linalg.norm(s.local(points), axis=1) > 1 for s in shapes if isinstance(s, Sphere)], axis=0)
+    outside = np.ones(count, bool)
+    for ball in (s for s in shapes if isinstance(s, Sphere)):
+        outside &= np.linalg.norm(ball.local(points), axis=1) > 1
     return points[outside], normals[outside] / np.linalg.norm(normals[outside], axis=1)[:, None]
 
 
