@@ -1,0 +1,133 @@
+"""Error against time of a bake's numerics, in the rooms of ../shared/reference: JSON, a table and a plot.
+
+    python tests/benchmarks/rooms.py OUTPUT.json [PLOT.png]
+
+Errors are relative L2 errors of L - Le at the reference points, which come from an independent path tracer and
+carry noise of .13 and .09 %. Times are the wall time of solve() and of evaluating VERTICES vertices.
+"""
+
+import json
+import os
+import platform
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+import numpy as np  # noqa: E402
+
+from pdm_core import Plane, Scene, Sphere, Surface, solve  # noqa: E402
+
+REFERENCE = ROOT.parent / "shared" / "reference"
+ROOMS = ("seed_room", "cornell_spheres")
+TARGETS = (0.04, 0.02, 0.01, 0.005)
+VERTICES = 8000
+
+
+def load(name):
+    """The reference data of a room, its Scene (planes with both sides) and the front surface of each object."""
+    data = np.load(REFERENCE / f"{name}.npz")
+    surfaces, front = [], []
+    for item in json.loads(str(data["spec"]))["objects"]:
+        plane = item["kind"] == "plane"
+        shape = Plane(item["o"], item["u"], item["v"]) if plane else Sphere.at(item["c"], item["r"])
+        front.append(len(surfaces))
+        surfaces.append(Surface(shape, item["rho"], item["emit"], name=item["name"]))
+        if plane:
+            surfaces.append(Surface(shape, item["rho"], side="back", name=f"{item['name']} (back)"))
+    return data, Scene(surfaces), np.array(front)
+
+
+def reference_error(data, scene, front, solution):
+    """Relative L2 error of L - Le at the reference points."""
+    wrong = total = 0.0
+    for k, surface in enumerate(front):
+        points, normals = data["P"][data["surface"] == k], data["N"][data["surface"] == k]
+        reference = data["L"][data["surface"] == k]
+        along = (scene.surfaces[surface].normals(points) * normals).sum(axis=1) > 0
+        for side, mine in ((surface, along), (surface + 1, ~along)):
+            if mine.any():
+                radiance = solution.radiance(side, points[mine])
+                wrong += ((radiance - reference[mine]) ** 2).sum()
+                total += ((reference[mine] - scene.emission[side]) ** 2).sum()
+    return float(np.sqrt(wrong / total))
+
+
+def vertices(scene, front, count):
+    """About count points a room, spread evenly over its objects: grids of the planes, rings of the spheres."""
+    side = int(np.sqrt(count / len(front)))
+    s, t = (a.ravel() for a in np.meshgrid(np.linspace(0, 1, side), np.linspace(0, 1, side)))
+    for surface in front:
+        shape = scene.surfaces[surface].shape
+        if isinstance(shape, Plane):
+            yield surface, shape.world(np.column_stack([s, t, 0 * s]))
+        else:
+            theta, phi = np.pi * s, 2 * np.pi * t
+            ring = np.sin(theta)
+            yield surface, shape.world(np.column_stack([ring * np.cos(phi), ring * np.sin(phi), np.cos(theta)]))
+
+
+def run(name):
+    data, scene, front = load(name)
+    for target in TARGETS:
+        start, cpu = time.perf_counter(), time.process_time()
+        solution = solve(scene, target)
+        solved = time.perf_counter() - start
+        count = sum(len(solution.radiance(surface, points)) for surface, points in vertices(scene, front, VERTICES))
+        total, cpu = time.perf_counter() - start, time.process_time() - cpu
+        error = reference_error(data, scene, front, solution)
+        yield {
+            "room": name,
+            "target": target,
+            "stated": float(solution.error),
+            "measured": error,
+            "solve_seconds": solved,
+            "seconds": total,
+            "cpu_seconds": cpu,
+            "vertices": count,
+        }
+
+
+def plot(rows, path):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(6, 4))
+    for name, colour in zip(ROOMS, ("tab:blue", "tab:orange")):
+        mine = [row for row in rows if row["room"] == name]
+        seconds = [row["seconds"] for row in mine]
+        axes.loglog(seconds, [100 * row["measured"] for row in mine], "o-", color=colour, label=f"{name}, measured")
+        axes.loglog(seconds, [100 * row["stated"] for row in mine], "x--", color=colour, label=f"{name}, stated")
+    axes.set_xlabel(f"seconds, with {VERTICES} vertices")
+    axes.set_ylabel("relative L2 error of the light, %")
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend()
+    figure.tight_layout()
+    figure.savefig(path, dpi=120)
+
+
+def main(output, picture=None):
+    if not REFERENCE.is_dir():
+        sys.exit(f"{REFERENCE.relative_to(ROOT.parent)} is not there: this benchmark compares against it")
+    rows = []
+    for name in ROOMS:
+        for row in run(name):
+            rows.append(row)
+            print(
+                f"{name:16} target {row['target']:6.1%}  stated {row['stated']:6.2%}  measured {row['measured']:6.2%}  "
+                f"{row['seconds']:7.2f} s ({row['cpu_seconds']:.2f} s CPU), {row['vertices']} vertices",
+                flush=True,
+            )
+    about = {"python": platform.python_version(), "numpy": np.__version__, "cores": os.cpu_count()}
+    Path(output).parent.mkdir(parents=True, exist_ok=True)
+    Path(output).write_text(json.dumps({"about": about, "rows": rows}, indent=1) + "\n")
+    if picture:
+        plot(rows, picture)
+
+
+if __name__ == "__main__":
+    main(*(sys.argv[1:] or ["build/bench/rooms.json"]))
