@@ -79,9 +79,9 @@ def _targets(reading, settings):
     """The objects that receive colours, each checked before the work starts."""
     targets = [o for o in reading.objects if o.bakeable]
     if reading.scene is None or not targets:
-        reasons = [f"{name}: {reason}" for name, reason in reading.refused]
-        reasons += [f"{o.name}: {o.reason}" for o in reading.objects if not o.bakeable]
-        found = "; ".join(reasons[:3]) or "there is no visible mesh object"
+        reasons = [f"{name!r} {reason}" for name, reason in reading.refused]
+        reasons += [f"{o.name!r} {o.reason}" for o in reading.objects if not o.bakeable]
+        found = "; ".join(reasons[:3]) or "a render shows no mesh object"
         raise BakeError(f"Nothing to bake: add a UV sphere, plane or box, or select one ({found})")
     for target in targets:
         check_target(target.object, settings.attribute)

@@ -2,11 +2,12 @@
 
 import json
 import time
+import traceback
 
 from bpy.types import Operator
 
 from ..pdm_core import SceneError
-from .bake import BakeSettings, bake_steps, run
+from .bake import BakeSettings, Stage, bake_steps, run
 from .colour_attribute import BakeError
 from .read_scene import read_scene
 from .report import one_line, scan_result
@@ -41,6 +42,7 @@ class PDM_OT_bake(BakeProperties, Operator):
 
     def invoke(self, context, event):
         self.steps = bake_steps(context, self.settings())
+        PDM_OT_bake.stage = Stage("Reading the scene", 0.0, float("inf"))
         self.timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -61,9 +63,11 @@ class PDM_OT_bake(BakeProperties, Operator):
         except (BakeError, SceneError) as error:
             self.cancel(context)
             return self.fail(error)
-        except BaseException:
+        except Exception as error:
+            # raised further, Blender would go on calling a bake that is dead
             self.cancel(context)
-            raise
+            traceback.print_exc()
+            return self.fail(f"The bake failed, please report the console's text: {type(error).__name__}: {error}")
         return {"RUNNING_MODAL"}
 
     def advance(self, context):
@@ -84,7 +88,7 @@ class PDM_OT_bake(BakeProperties, Operator):
         return BakeSettings(**{name: getattr(self, name) for name in SETTING_NAMES})
 
     def finish(self, context, report):
-        context.scene.pdm_radiosity.last_report = json.dumps(report)
+        context.scene.pdm_radiosity.keep(report)
         for warning in report["warnings"]:
             self.report({"WARNING"}, warning)
         self.report({"INFO"}, one_line(report))
@@ -103,7 +107,11 @@ class PDM_OT_scan(Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context):
-        scan = scan_result(read_scene(context))
+        try:
+            scan = scan_result(read_scene(context))
+        except SceneError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
         context.scene.pdm_radiosity.last_scan = json.dumps(scan)
         self.report({"INFO"}, f"{len(scan['objects'])} objects recognised, {len(scan['refused'])} refused")
         return {"FINISHED"}

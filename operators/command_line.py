@@ -49,7 +49,7 @@ def _bake(options):
     context = bpy.context
     settings = BakeSettings(**{name: getattr(options, name) for name in SETTING_NAMES})
     report = run(bake_steps(context, settings), _Progress())
-    context.scene.pdm_radiosity.last_report = json.dumps(report)
+    context.scene.pdm_radiosity.keep(report)
     if options.output:
         bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath(options.output), copy=True)
     if options.image:
@@ -58,7 +58,7 @@ def _bake(options):
         with open(options.report, "w", encoding="utf-8") as file:
             json.dump(report, file, indent=1, allow_nan=False)
     for entry in report["refused"]:
-        print(f"pdm: refused {entry['name']}: {entry['reason']}", file=sys.stderr)
+        print(f"pdm: refused: {entry['name']!r} {entry['reason']}", file=sys.stderr)
     for warning in report["warnings"]:
         print(f"pdm: warning: {warning}", file=sys.stderr)
     print(one_line(report))

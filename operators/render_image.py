@@ -8,6 +8,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from .colour_attribute import BakeError
+from .render_visible import evaluated, render_visible
 
 SAMPLES = 8  # they only smooth the outlines: the light is in the colours
 GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
@@ -43,16 +44,16 @@ def _temporary_data():
 
 def _copy_objects(context, copy, material):
     """The visible geometry as evaluated, linked into `copy`; returns the new objects."""
-    graph = context.evaluated_depsgraph_get()
+    visible = [obj for obj in render_visible(context.view_layer) if obj.type in GEOMETRY]
     shown = []
-    for obj in context.view_layer.objects:
-        if obj.type in GEOMETRY and not obj.hide_render:
-            evaluated = obj.evaluated_get(graph)
-            mesh = bpy.data.meshes.new_from_object(evaluated, preserve_all_data_layers=True, depsgraph=graph)
+    with evaluated(context, visible) as graph:
+        for obj in visible:
+            source = obj.evaluated_get(graph)
+            mesh = bpy.data.meshes.new_from_object(source, preserve_all_data_layers=True, depsgraph=graph)
             mesh.materials.clear()
             mesh.materials.append(material)
             mesh.polygons.foreach_set("material_index", np.zeros(len(mesh.polygons), np.int32))
-            shown.append(_placed(copy, obj.name, mesh, evaluated.matrix_world))
+            shown.append(_placed(copy, obj.name, mesh, source.matrix_world))
     return shown
 
 

@@ -15,8 +15,9 @@ def bake_report(context, settings, reading, solution, items, seconds):
     """dict of plain JSON types (infinite and undefined numbers are None).
 
     versions {extension, blender, numpy}; file, scene; settings (those of bpy.ops.pdm.bake)
-    objects [{name, kind, baked, reason, domain, vertices}]: every recognised object; domain and vertices where baked
-    refused [{name, reason}]; warnings [text]
+    objects [{name, kind, label, baked, reason, domain, vertices}]: every recognised object; domain, vertices if baked
+    refused [{name, reason}], the reason goes on after the name; hidden: mesh objects that a render does not show
+    warnings [text]
     vertices: how many the baked meshes have; colours: how many values were written to points or corners
     error: estimated relative error of the radiance; error_parts {name: part}; history [[seconds, error]]
     seconds {read, solve, evaluate, write, total}; plan [text]; counts {name: number}
@@ -31,6 +32,7 @@ def bake_report(context, settings, reading, solution, items, seconds):
         "settings": asdict(settings),
         "objects": objects,
         "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
+        "hidden": reading.hidden,
         "warnings": warnings,
         "vertices": sum(entry["vertices"] for entry in objects),
         "colours": sum(len(item.colours) for item in items),
@@ -45,10 +47,11 @@ def bake_report(context, settings, reading, solution, items, seconds):
 
 
 def scan_result(reading):
-    """What the sidebar lists before a bake: the same `objects`, `refused` and `warnings` as in a report."""
+    """What the sidebar lists before a bake: the same entries as in a report."""
     return {
         "objects": [_object_entry(o, None) for o in reading.objects],
         "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
+        "hidden": reading.hidden,
         "warnings": list(reading.warnings),
     }
 
@@ -86,6 +89,7 @@ def _object_entry(read, item):
     return {
         "name": read.name,
         "kind": read.kind,
+        "label": read.label,
         "baked": item is not None,
         "reason": read.reason,
         "domain": item.domain if item else "",

@@ -107,10 +107,16 @@ class PDM_PG_scene(BakeProperties, PropertyGroup):
         description="The objects recognised and refused in this scene when last looked at, as JSON",
     )
 
+    def keep(self, report):
+        """Stores a bake's report, which is also the latest scan; its warnings stand in the report."""
+        self.last_report = json.dumps(report)
+        scan = {key: report[key] for key in ("objects", "refused", "hidden")}
+        self.last_scan = json.dumps({**scan, "warnings": []})
+
     def report(self):
         """The last bake's report as a dict, or None."""
         return json.loads(self.last_report) if self.last_report else None
 
     def scan(self):
-        """The last scan as a dict with `objects`, `refused` and `warnings`, or None."""
+        """The last scan as a dict with `objects`, `refused`, `hidden` and `warnings`, or None."""
         return json.loads(self.last_scan) if self.last_scan else None

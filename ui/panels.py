@@ -3,7 +3,7 @@
 from bpy.types import Panel
 
 from ..operators.bake_operator import PDM_OT_bake
-from ..operators.report import one_line, percent
+from ..operators.report import counted, one_line, percent
 from ..operators.settings import SETTING_NAMES
 from .wrapped import wrapped
 
@@ -49,7 +49,11 @@ class PDM_PT_objects(_Sidebar, Panel):
             wrapped(layout, context, "Shows which objects take part, and why others do not.")
             return
         _list(layout, context, [f"{o['name']}: {_what(o)}" for o in scan["objects"]], "recognised", "CHECKMARK")
-        _list(layout, context, [f"{r['name']}: {r['reason']}" for r in scan["refused"]], "refused", "CANCEL")
+        _list(layout, context, [f"{r['name']} {r['reason']}" for r in scan["refused"]], "refused", "CANCEL")
+        if scan["hidden"]:
+            wrapped(
+                layout, context, f"{counted(scan['hidden'], 'mesh object')} hidden from the render: left out", "HIDE_ON"
+            )
         _list(layout, context, scan["warnings"], "warnings", "ERROR")
 
 
@@ -65,12 +69,11 @@ class PDM_PT_report(_Sidebar, Panel):
         layout, report = self.layout, context.scene.pdm_radiosity.report()
         wrapped(layout, context, one_line(report), "INFO")
         _list(layout, context, report["warnings"], "warnings", "ERROR")
-        _list(layout, context, [f"{r['name']}: {r['reason']}" for r in report["refused"]], "refused", "CANCEL")
-        _list(layout, context, report["plan"], "plan", "NONE")
+        _list(layout, context, report["plan"], "plan", "DOT")
 
 
 def _what(entry):
-    return f"{entry['kind']}; not baked: {entry['reason']}" if entry["reason"] else entry["kind"]
+    return f"{entry['label']}; not baked, it {entry['reason']}" if entry["reason"] else entry["label"]
 
 
 def _list(layout, context, texts, title, icon):
