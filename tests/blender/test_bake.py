@@ -89,9 +89,9 @@ def test_field_does_not_depend_on_the_mesh():
         fields.append((scenes.vertices(ball), scenes.colours(ball)[:, :3].astype(float)))
     (coarse, values), (fine, fine_values) = fields
     distance = np.linalg.norm(coarse[:, None] - fine[None], axis=2)
-    assert distance.min(axis=1).max() < 1e-6
-    difference = np.abs(values - fine_values[distance.argmin(axis=1)])
-    assert difference.max() < 1e-6 * values.max()
+    assert distance.min(axis=1).max() < 5e-6  # Blender's own vertices are that far from the common directions
+    np.testing.assert_allclose(values, fine_values[distance.argmin(axis=1)], rtol=0, atol=1e-6)
+    assert values.max() > 0.1
 
 
 def test_domain_is_automatic():
