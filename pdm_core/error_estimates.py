@@ -2,13 +2,23 @@
 
 import numpy as np
 
-DECAY = 0.5  # a leaf's own error, of the surplus its nodes showed: smooth fields 1/8, kinks 1/2
+DECAY = 0.35  # a leaf's own error, of the surplus its nodes showed, where nothing is known of its parent's
+SMOOTH, ROUGH = 0.125, 0.6  # bounds of that ratio, observed from parent to child: smooth fields 1/8, kinks 1/2
 SOURCE = 0.15  # weight of a leaf's direct light as a source of indirect light elsewhere
 
 
 def leaf_errors(field, value):
     """Nodal radiance (n, 3) -> (n cells,) estimated L2 error that each cell, as a source, makes elsewhere."""
-    return SOURCE * DECAY * np.sqrt((field.surplus(value) ** 2).sum(axis=2).mean(axis=1) * field.sizes())
+    size = np.sqrt((field.surplus(value) ** 2).sum(axis=2).mean(axis=1))
+    return SOURCE * size * decay(field, np.arange(len(size)), size) * np.sqrt(field.sizes())
+
+
+def decay(field, cells, size):
+    """Surpluses size (n cells,), 0 where not known -> (len(cells),) how much smaller the next ones are expected."""
+    parent = field.parent[cells]
+    above = np.where((parent >= 0) & (field.parent[parent] >= 0), size[parent], 0.0)
+    ratio = np.divide(size[cells], above, out=np.full(len(cells), DECAY), where=above > 0)
+    return np.clip(ratio, SMOOTH, ROUGH)
 
 
 def sample_points(field, leaf_error, count):

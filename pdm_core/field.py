@@ -193,7 +193,8 @@ class Field:
         high = low + 1 / count[:, None]
         area = self.scene.areas[self.surface] * (graded(high) - graded(low)).prod(axis=1)
         a, b = (np.tan((2 * low - 1) * np.pi / 4), np.tan((2 * high - 1) * np.pi / 4))
-        angle = _solid(b[:, 0], b[:, 1]) - _solid(a[:, 0], b[:, 1]) - _solid(b[:, 0], a[:, 1]) + _solid(a[:, 0], a[:, 1])
+        angle = _solid(b[:, 0], b[:, 1]) - _solid(a[:, 0], b[:, 1])
+        angle += _solid(a[:, 0], a[:, 1]) - _solid(b[:, 0], a[:, 1])
         return np.where(sphere, self.scene.areas[self.surface] * angle / (4 * np.pi), area)
 
     def surplus_of(self, cells, index, values):

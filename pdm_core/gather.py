@@ -8,13 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .closed_forms import polygon_unoccluded
 from .field import GRID, basis, graded
 from .quadrature import gauss_legendre
 from .scene import unit
 
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
 RECEIVERS = 1024  # in a block of rows
-LINKS = 8192  # whose form factors are computed between two signs of life
+PAIRS = 2048  # of points and source planes whose cells are sorted out at once
+LINKS = 8192  # pairs whose form factors are computed between two signs of life
+PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
 ENTRIES = 1 << 21  # of a dense block of rows
 _GAUSS = gauss_legendre(3)[0]
 _CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
@@ -44,6 +47,19 @@ class _Cells:
         return _Cells(self.receiver[index], self.owner[index], self.origin[index], self.width[index])
 
 
+@dataclass
+class _Pairs:
+    """(point, source plane), (m, ...) each; height of the point over the plane, occluders padded with -1."""
+
+    points: np.ndarray
+    normals: np.ndarray
+    height: np.ndarray
+    tolerance: np.ndarray
+    surface: np.ndarray
+    source: np.ndarray
+    occluders: np.ndarray
+
+
 class Gather:
     """Rows of the indirect operator for receivers (points, normals, surface); sources: surfaces that may reflect."""
 
@@ -69,8 +85,9 @@ class Gather:
             rows = np.zeros(len(x) * count)
             for entry in self._entries(x, n, own, detail, tol):
                 yield None
+                if entry is None:
+                    continue
                 receiver, node, weight = entry
-                self.links += len(receiver)
                 flat = (receiver[:, None] * count + node).ravel()
                 rows += np.bincount(flat, weight.ravel(), minlength=len(rows))
             yield part, rows.reshape(len(x), count)
@@ -91,19 +108,29 @@ class Gather:
         height = np.einsum("ni,ni->n", lifted - self.factors.origin[s], self.factors.front[s])
         r, s, lifted, height = r[ahead], s[ahead], lifted[ahead], height[ahead]
         # receivers of the frontier are (point, source plane) pairs: a lifted point belongs to one plane only
-        pairs = lifted, n[r], height, tol[r]
-        todo = _Cells(np.arange(len(r)), self.field.root[s], np.zeros((len(r), 2)), np.ones(len(r)))
-        accepted = []
-        while len(todo.receiver):
-            todo, done = self._sort_out(todo, *pairs, detail)
-            accepted.append(done)
-            todo = self._divide(todo)
-        # together, whatever their size: the occlusion works best on many pairs at once
-        links = _Cells(*(np.concatenate([getattr(c, name) for c in accepted])
-                         for name in ("receiver", "owner", "origin", "width")))
-        for part in _parts(np.arange(len(links.receiver)), LINKS):
-            some = links.take(part)
-            yield r[some.receiver], *self._link(some, *pairs[:3], own[r])
+        pairs = _Pairs(lifted, n[r], height, tol[r], own[r], s, self.factors.shafts.for_pairs(own[r], s))
+        links = []
+        for start in range(0, len(r), PAIRS):
+            chunk = np.arange(start, min(start + PAIRS, len(r)))
+            todo = _Cells(chunk, self.field.root[s[chunk]], np.zeros((len(chunk), 2)), np.ones(len(chunk)))
+            while len(todo.receiver):
+                todo, done = self._sort_out(todo, pairs, detail)
+                some, split = self._weigh(done, pairs, detail)
+                links.append(some)
+                yield None
+                todo = self._divide(_joined([todo, split]))
+        if not links:
+            return
+        pair, node, weight, partial = (np.concatenate(part) for part in zip(*links))
+        # the samples share out what the pair exchanges; how much that is, is exact
+        share = np.bincount(pair, weight.sum(axis=1), minlength=len(r))
+        hidden = np.flatnonzero(np.bincount(pair, partial, minlength=len(r)) > 0)
+        scale = np.ones(len(r))
+        for k in _parts(hidden, LINKS):
+            scale[k] = self.factors._visible(lifted[k], n[r[k]], own[r[k]], s[k], self.factors.corners[s[k]])
+            scale[k] = np.divide(scale[k], share[k], out=np.zeros(len(k)), where=share[k] > 0)
+            yield None
+        yield r[pair], node, weight * scale[pair][:, None]
 
     def _rectangle(self, cells):
         """Corner (n, 3), edges (n, 3), (n, 3) in space."""
@@ -119,10 +146,10 @@ class Gather:
         size = 0.5 ** f.level[cells.owner]
         return f.corner[cells.owner] / GRID + cells.origin * size[:, None], size * cells.width
 
-    def _sort_out(self, cells, x, n, height, tol, detail):
+    def _sort_out(self, cells, pairs, detail):
         """Drop cells below the horizon; tell those to divide further from those good enough."""
         c, u, v = self._rectangle(cells)
-        x, n, tol = x[cells.receiver], n[cells.receiver], tol[cells.receiver]
+        x, n, tol = pairs.points[cells.receiver], pairs.normals[cells.receiver], pairs.tolerance[cells.receiver]
         e = c + (u + v) / 2 - x
         nu, nv = np.einsum("ni,ni->n", n, u), np.einsum("ni,ni->n", n, v)
         middle, reach = np.einsum("ni,ni->n", n, e), (np.abs(nu) + np.abs(nv)) / 2
@@ -130,10 +157,9 @@ class Gather:
         distance2 = np.einsum("ni,ni->n", e, e)
         distance = np.sqrt(distance2)
         g = half / distance
-        s = self.field.surface[cells.owner]
         area = np.linalg.norm(np.cross(u, v), axis=1)
         cosine = np.clip((middle + reach) / distance, 0, 1)
-        factor = np.minimum(1.0, area * cosine * np.minimum(height[cells.receiver] / distance + g * 0.5, 1)
+        factor = np.minimum(1.0, area * cosine * np.minimum(pairs.height[cells.receiver] / distance + g * 0.5, 1)
                             / (np.pi * distance2))
         leaf = self.field.child[cells.owner] < 0
         error = np.where(leaf, 0.0, detail.below[cells.owner])
@@ -154,13 +180,13 @@ class Gather:
         origin[~leaf] = 0.0
         return _Cells(np.repeat(cells.receiver, 4), owner, origin, np.where(leaf, width / 2, 1.0))
 
-    def _link(self, cells, x, n, height, own):
-        """Nodes (k, 9) and weights (k, 9) of accepted cells."""
+    def _weigh(self, cells, pairs, detail):
+        """Of cells good enough by their own: (pair, nodes (k, 9), weights (k, 9), partly hidden) and those to divide,
+        which an occluder's outline crosses and that matter."""
         c, u, v = self._rectangle(cells)
-        x, n, own = x[cells.receiver], n[cells.receiver], own[cells.receiver]
-        corners = c[:, None] + _CORNERS[:, :1] * u[:, None] + _CORNERS[:, 1:] * v[:, None]
-        source = self.field.surface[cells.owner]
-        factor = self.factors._visible(x, n, own, source, corners)
+        pair, source = cells.receiver, pairs.source[cells.receiver]
+        x, n = pairs.points[pair], pairs.normals[pair]
+        factor = polygon_unoccluded(x, n, c[:, None] + _CORNERS[:, :1] * u[:, None] + _CORNERS[:, 1:] * v[:, None])
         low, width = self._on_chart(cells)
         t = low[:, :, None] + width[:, None, None] * _GAUSS
         p, slope = graded(t), np.sin(np.pi * t) * gauss_legendre(3)[1]
@@ -171,12 +197,33 @@ class Gather:
         kernel *= weight
         unseen = kernel.sum(axis=(1, 2)) == 0
         kernel[unseen] = weight[unseen]
-        total = kernel.sum(axis=(1, 2))
-        kernel *= (factor / total)[:, None, None]
+        kernel *= (factor / kernel.sum(axis=(1, 2)))[:, None, None]
+        open_, near = self._clear(x, c, u, v, e, pairs.occluders[pair])
+        partly = open_.any(axis=(1, 2)) & ~open_.all(axis=(1, 2))
+        kernel *= open_
+        unsure = partly & (PARTLY * factor * detail.surface[source] > pairs.tolerance[pair])
+        unsure &= (self.field.child[cells.owner] >= 0) | (cells.width > 0.5**VIRTUAL)
         a = basis(cells.origin[:, :1] + cells.width[:, None] * _GAUSS)
         b = basis(cells.origin[:, 1:] + cells.width[:, None] * _GAUSS)
         weights = (a.transpose(0, 2, 1) @ kernel @ b).reshape(-1, 9)
-        return self.field.nodes[cells.owner], weights
+        keep = np.flatnonzero(~unsure)
+        self.links += len(keep)
+        done = pair[keep], self.field.nodes[cells.owner[keep]], weights[keep], near[keep]
+        return done, cells.take(np.flatnonzero(unsure))
+
+    def _clear(self, x, c, u, v, e, occluders):
+        """Which of the cell's samples e (n, 3, 3, 3) m from x nothing hides, and whether anything comes near (n,)."""
+        open_ = np.ones(e.shape[:3], bool)
+        near = np.zeros(len(x), bool)
+        if occluders.size:
+            centre = c + (u + v) / 2
+            radius = np.linalg.norm(np.abs(u) + np.abs(v), axis=1) / 2
+            link, shape = self.factors.shafts.between(x, centre, radius, occluders)
+            near[link] = True
+            hides = self.factors.shafts.hides(x[link], e[link], shape)
+            at = (link[:, None] * 9 + np.arange(9)).ravel()
+            open_ = np.bincount(at, hides.ravel(), minlength=9 * len(x)).reshape(open_.shape) == 0
+        return open_, near
 
     # -- spheres -------------------------------------------------------------------------------------------------
 
@@ -201,7 +248,8 @@ class Gather:
         sin2 = u[None] / distance[:, None] ** 2
         turn = (np.arange(turns) + 0.5) * (2 * np.pi / turns)
         circle = np.cos(turn)[:, None] * e1[:, None] + np.sin(turn)[:, None] * e2[:, None]
-        d = np.sqrt(sin2)[:, :, None, None] * circle[:, None] + np.sqrt(1 - sin2)[:, :, None, None] * axis[:, None, None]
+        cosine = np.sqrt(1 - sin2)[:, :, None, None]
+        d = np.sqrt(sin2)[:, :, None, None] * circle[:, None] + cosine * axis[:, None, None]
         world = np.einsum("nij,nabj->nabi", f.linear[s], d)
         along = np.einsum("nabi,nabi->nab", world, world)
         # solid angle: in the round space d(sin^2)/(2 cos) dphi, and |det| / |L d|^3 to the world
@@ -245,12 +293,16 @@ class Gather:
         b = np.einsum("nabi,ni->nab", step, local)
         c = (np.einsum("ni,ni->n", local, local) - 1)[:, None, None]
         length = (-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a
-        weight = np.broadcast_to(wu[None, :, None], a.shape) * self.factors.shafts.clear(x, d * length[..., None], occluders)
+        weight = wu[None, :, None] * self.factors.shafts.clear(x, d * length[..., None], occluders)
         total = weight.sum(axis=(1, 2))
         weight = np.where((total > 0)[:, None, None], weight, 1.0)
         weight = weight * (factor / weight.sum(axis=(1, 2)))[:, None, None]
         hit = (local[:, None, None] + length[..., None] * step).reshape(-1, 3)
         return self._spread(np.full(len(hit), s), hit, weight, r)
+
+
+def _joined(cells):
+    return _Cells(*(np.concatenate([getattr(c, k) for c in cells]) for k in ("receiver", "owner", "origin", "width")))
 
 
 def _frame(direction):

@@ -10,6 +10,7 @@ from collections import Counter, namedtuple
 
 import numpy as np
 
+from .contacts import crowded
 from .direct import Factors
 from .error_estimates import leaf_errors, sample_points, spread
 from .field import DEEPEST, Field
@@ -25,8 +26,9 @@ Progress = namedtuple("Progress", "fraction error seconds")
 COARSEST = 0.08  # relative error aimed at by the first round
 STEP = 8.0  # each further round aims at most this much lower
 LINK_SHARE = 0.1  # tolerance of one link, of the round's target
-EXACT_SHARE = 0.3  # of the target: what the interpolated sum of the lesser sources may cost
+EXACT_SHARE = 0.1  # of the target: what the interpolated sum of the lesser sources may cost
 SENT_SHARE = 0.3  # of the target: what direct light between the nodes may cost as it is sent on
+CONTACT_SHARE = 0.3  # cells near contacts are no smaller than a square whose whole light is this part of the target
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 REFINE_TO = 0.5  # a refinement leaves this part of the target in the leaves not split
 MAX_ROUNDS = 8  # refinements towards one target
@@ -166,7 +168,11 @@ class _State:
         self.placed = self.field.locate(f.node_surface, f.local(f.node_surface, f.points))
 
     def light_up(self, target):
-        """Refine `sent` until direct light is sent on well enough; yields now and then."""
+        """Refine where shapes touch, and `sent` until direct light is sent on well enough; yields now and then."""
+        smallest = CONTACT_SHARE * target * np.sqrt(self.scene.areas.sum())
+        while len(cells := crowded(self.field, smallest)):
+            self.split(cells)
+            yield
         while True:
             error = leaf_errors(self.sent, self.scene.reflectance[self.sent.node_surface] * self.lit)
             cells = _worst(self.sent, error, SENT_SHARE * target * self.norm)
@@ -233,15 +239,23 @@ class _State:
         self.counts["iterations"] += steps
         self.measure()
 
+    def by_source(self, value):
+        """Nodal radiosity -> what each node receives from each reflector (n, s, 3), and the form factors (n, s)."""
+        own = self.sent.node_surface
+        value = np.column_stack([value, np.ones(len(value))])
+        out = np.empty((len(self.rows), len(self.reflectors), 4))
+        for start in range(0, len(self.reflectors), 16):  # dense products of this width beat copying the columns
+            group = self.reflectors[start : start + 16]
+            nodes = np.flatnonzero(np.isin(own, group))
+            columns = self.rows if len(nodes) == len(own) else self.rows[:, nodes]
+            part = (own[nodes, None] == group)[..., None] * value[nodes, None]
+            out[:, start : start + 16] = (columns @ part.reshape(len(nodes), -1)).reshape(len(out), len(group), 4)
+        return out[..., :3], out[..., 3]
+
     def divide(self, target):
         """Received light of every surface split by source; estimates of what interpolation costs."""
         f, value = self.field, self.radiosity()
-        received = np.zeros((len(f.keys), len(self.reflectors), 3))
-        factors = np.zeros(received.shape[:2])
-        for k, s in enumerate(self.reflectors):
-            nodes = np.flatnonzero(self.sent.node_surface == s)
-            columns = self.rows[:, nodes]
-            received[:, k], factors[:, k] = columns @ value[nodes], columns.sum(axis=1)
+        received, factors = self.by_source(value)
         lights = np.flatnonzero(np.isin(self.reflectors, self.lights))
         rho = self.scene.reflectance
         self.sent_error = np.sqrt((leaf_errors(self.sent, value)[self.sent.leaves] ** 2).sum())
@@ -283,8 +297,19 @@ class _State:
                 "solver": self.gain() * self.solver_error,
             }
             self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.error_parts.values())))
-            self.optimism = float(np.clip(rms / self.norm / max(self.promised, 1e-300), 0.3, 5.0))
+            self.optimism = float(np.clip(rms / self.norm / max(self.promised, 1e-300), 0.5, 2.0))
+            self.learn(surface, points, residual)
         self.history.append((self.elapsed(), self.error))
+
+    def learn(self, surface, points, residual):
+        """Leaves whose residual is larger than their surplus promised, and their siblings, are to be refined."""
+        f = self.field
+        cells = f.locate(surface, f.local(surface, points))[0]
+        found = np.linalg.norm(residual, axis=1)
+        child = f.child[f.parent[cells]]
+        family = np.where((f.parent[cells] >= 0)[:, None], child[:, None] + np.arange(4), cells[:, None])
+        error = found[:, None] * np.sqrt(f.sizes()[family]) * (f.child[family] < 0)
+        np.maximum.at(self.leaf_error, family, error)
 
     def refine(self, target):
         """Split the leaves that hold most of the estimated error; False where nothing is left to split."""
@@ -295,13 +320,18 @@ class _State:
         if len(f.keys) + 16 * len(cells) > MAX_NODES:
             self.warnings.append("the field is as fine as the memory allows")
             return False
+        self.split(cells)
+        return True
+
+    def split(self, cells):
+        """Split these leaves of the field, and those of `sent` that would be coarser."""
+        f = self.field
         old = len(f.keys)
         f.refine(cells)
         self.indirect = np.concatenate([self.indirect, f.predict(self.indirect, old)])
         self.place()
         while len(coarser := self._coarser()):
             self.grow(coarser)
-        return True
 
     def _coarser(self):
         """Leaves of `sent` that are coarser than the field: it has to carry the field's detail."""
@@ -415,7 +445,7 @@ def _relit(old, scene):
         raise SceneError("relight needs the same shapes and sides in the same order; solve the new scene instead")
     new = np.setdiff1d(np.flatnonzero((scene.reflectance > 0).any(axis=1)), old.reflectors)
     if len(new) or ((scene.background > 0).any() and not old.background):
-        raise SceneError("relight knows no light from surfaces that were black or a background that was dark; solve again")
+        raise SceneError("relight: a surface that was black or a background that was dark now sends light; solve again")
     state = copy.copy(old)
     state.scene, state.started, state.counts, state.history = scene, time.perf_counter(), Counter(), []
     state.warnings = []

@@ -9,7 +9,7 @@ import copy
 
 import numpy as np
 
-from .error_estimates import DECAY
+from .error_estimates import DECAY, decay
 
 MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
 
@@ -53,22 +53,24 @@ class Received:
         always: those exact in any case; only: no others.
         """
         f = self.field
-        leaves = self.cells[f.child[self.cells] < 0]
-        nodes, size = self.local[f.nodes[leaves]], f.sizes()[leaves]
+        is_leaf = f.child[self.cells] < 0
+        leaves = self.cells[is_leaf]
+        nodes, size = self.local[f.nodes[self.cells]], f.sizes()[leaves]
         shape = (len(self.means), -1)
-        lump = f.surplus_of(leaves, self.local, self.received.reshape(shape)).reshape(*nodes.shape, -1, 3)
-        split = f.surplus_of(leaves, self.local, self.means.reshape(shape)).reshape(lump.shape)
+        lump = f.surplus_of(self.cells, self.local, self.received.reshape(shape)).reshape(*nodes.shape, -1, 3)
+        split = f.surplus_of(self.cells, self.local, self.means.reshape(shape)).reshape(lump.shape)
         split = reflectance * split * self.factors[nodes][..., None]
         lump = reflectance * lump
         scale = size[:, None, None] * DECAY**2 / 9
-        cost_lump = (scale * (lump**2).sum(axis=3)).sum(axis=(0, 1))
-        cost_split = (scale * (split**2).sum(axis=3)).sum(axis=(0, 1))
+        cost_lump = (scale * (lump[is_leaf] ** 2).sum(axis=3)).sum(axis=(0, 1))
+        cost_split = (scale * (split[is_leaf] ** 2).sum(axis=3)).sum(axis=(0, 1))
         order = np.argsort(cost_split - cost_lump)
         order = np.concatenate([always, order[~np.isin(order, always)]]).astype(int)
         rest = cost_lump.sum() - np.cumsum(cost_lump[order])
         count = len(always)
-        while not only and count < min(len(order), MOST) and (rest[count - 1] if count else cost_lump.sum()) > allowed**2:
-            if cost_split[order[count]] >= cost_lump[order[count]]:
+        while not only and count < min(len(order), MOST):
+            left = rest[count - 1] if count else cost_lump.sum()
+            if left <= allowed**2 or cost_split[order[count]] >= cost_lump[order[count]]:
                 break
             count += 1
         self.exact, others = order[:count], order[count:]
@@ -77,7 +79,9 @@ class Received:
         ], axis=1)
         lumped = (lump[:, :, others].sum(axis=2) ** 2).sum(axis=2)
         each = (split[:, :, self.exact] ** 2).sum(axis=(2, 3))
-        self.leaf_error = DECAY * np.sqrt((lumped + each).mean(axis=1) * size)
+        surplus = np.zeros(len(f.level))
+        surplus[self.cells] = np.sqrt((lumped + each).mean(axis=1))
+        self.leaf_error = decay(f, leaves, surplus) * surplus[leaves] * np.sqrt(size)
         self.leaves = leaves
         return self
 

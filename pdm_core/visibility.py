@@ -94,6 +94,30 @@ class Shafts:
         unique, back = np.unique(key, return_inverse=True)
         return self.candidates(unique // len(self.shape) - 1, unique % len(self.shape))[back.reshape(-1)]
 
+    def between(self, points, centre, radius, occluders):
+        """Shapes that can come between points (n, 3) and spheres (n, 3), (n,): pairs (n index, shape), sorted.
+
+        occluders (n, k): candidates padded with -1. A shape is left out if its bounding sphere misses the cone.
+        """
+        link, slot = np.nonzero(occluders >= 0)
+        shape = occluders[link, slot]
+        axis, offset = centre[link] - points[link], self.centre[shape] - points[link]
+        length = np.sqrt(np.einsum("ni,ni->n", axis, axis))
+        along = np.einsum("ni,ni->n", axis, offset) / np.maximum(length, 1e-300)
+        across2 = np.maximum(np.einsum("ni,ni->n", offset, offset) - along**2, 0.0)
+        sine = np.minimum(radius[link] / np.maximum(length, 1e-300), 1.0)
+        reach = self.radius[shape]
+        keep = np.sqrt(across2) * np.sqrt(1 - sine**2) - along * sine <= reach * (1 + 1e-9)
+        keep &= (along > -reach) & (along < length + radius[link] + reach)
+        return link[keep], shape[keep]
+
+    def hides(self, points, steps, shape):
+        """Whether segments points (n, 3) + steps (n, a, b, 3) meet shape (n,) -> (n, a, b) bool"""
+        x = np.ascontiguousarray(points.T)[:, None, None]
+        d = np.ascontiguousarray(np.moveaxis(steps, (3, 0), (0, 3)))
+        x = np.broadcast_to(x, d.shape)
+        return np.moveaxis(segment_blocked(self.table, x, d, shape), 2, 0)
+
     def clear(self, points, steps, occluders):
         """Whether segments points (n, 3) + steps (n, a, b, 3) meet none of occluders (n, k) -> (n, a, b) bool"""
         x = np.broadcast_to(points.T[:, None, None], (3, *steps.shape[1:3], len(points)))

@@ -1,0 +1,36 @@
+"""Where shapes nearly touch, light varies over the width of the gap's mouth: cells are made that small beforehand.
+
+Surpluses cannot tell: in a gap both sides see little but each other, so a coarse field there agrees with itself.
+"""
+
+import numpy as np
+
+from .scene import Sphere
+
+ACROSS = 2.0  # a cell's size, of the distance at which the gap around it has opened by its curvature
+
+
+def crowded(field, smallest):
+    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and `smallest` m."""
+    leaves = field.leaves
+    leaves = leaves[np.sqrt(field.sizes()[leaves]) > smallest]
+    if not len(leaves):
+        return leaves
+    points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
+    own = field.scene.shape_of[field.surface[leaves]]
+    split = np.zeros(len(leaves), bool)
+    for k, shape in enumerate(field.scene.shapes):
+        centre, radius = shape.bounds
+        near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * size))
+        if not len(near):
+            continue
+        if isinstance(shape, Sphere):
+            reach2 = np.einsum("ni,ni->n", shape.local(points[near]), shape.local(points[near]))
+            scale = shape.semi_axes[2] * np.sqrt(np.maximum(reach2 - 1, 0.0))  # tangent from the point: sqrt(d^2 - r^2)
+        else:
+            gap = np.linalg.norm(points[near] - shape.project(points[near]), axis=1)
+            round_ = field.is_sphere[field.surface[leaves[near]]]
+            curved = np.array([s.bounds[1] for s in field.scene.shapes])[own[near]]
+            scale = np.where(round_, np.sqrt(gap * (gap + 2 * curved)), np.inf)
+        split[near] |= size[near] > ACROSS * scale
+    return leaves[split]

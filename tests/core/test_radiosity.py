@@ -1,0 +1,142 @@
+"""The solver against known answers and against an independent path tracer (the optional sibling folder shared/)."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pdm_core import Plane, Scene, SceneError, Sphere, Surface, solve, solve_steps
+
+REFERENCE = Path(__file__).resolve().parents[3] / "shared" / "reference"
+
+
+def box(reflectance, emission, size=(2.0, 3.0, 2.5), scale=1.0, origin=(0.0, 0.0, 0.0)):
+    """Six walls that face inwards; one reflectance and one emission each, or one for all."""
+    x, y, z = np.diag(size) * scale
+    o = np.array(origin, float)
+    edges = [(o, x, y), (o + z, y, x), (o, y, z), (o + x, z, y), (o, z, x), (o + y, x, z)]
+    reflectance, emission = np.broadcast_to(reflectance, 6), np.broadcast_to(emission, 6)
+    return [Surface(Plane(*e), r, m, name=f"wall {k}") for k, (e, r, m) in enumerate(zip(edges, reflectance, emission))]
+
+
+def points_on(shape, count, rng):
+    if isinstance(shape, Plane):
+        return shape.world(np.column_stack([rng.random((count, 2)), np.zeros(count)]))
+    return shape.project(shape.origin + rng.normal(size=(count, 3)) * shape.semi_axes[2])
+
+
+def everywhere(solution, count=40):
+    rng = np.random.default_rng(3)
+    return [solution.radiance(k, points_on(s.shape, count, rng)) for k, s in enumerate(solution.scene.surfaces)]
+
+
+@pytest.mark.parametrize("rho", [0.5, 0.95, 0.999])
+def test_uniform_enclosure(rho):
+    for radiance in everywhere(solve(Scene(box(rho, 1.0)), 1e-2)):
+        assert np.abs(radiance * (1 - rho) - 1).max() < 1e-2
+
+
+def test_inside_a_sphere():
+    solution = solve(Scene([Surface(Sphere.at((1, 2, 3), 2.0), 0.8, 1.0, side="back")]), 1e-2)
+    assert np.abs(everywhere(solution)[0] - 5.0).max() < 5e-2
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_every_surface_emits_what_it_absorbs(scale):
+    rho = np.array([0.9, 0.1, 0.5, 0.7, 0.3, 0.0])
+    touching = Sphere.at(np.array([1, 1, 0.4]) * scale, 0.4 * scale)
+    screen = Plane(*(np.array([[0.2, 2.4, 0], [1, 0, 0], [0, 0, 1]]) * scale))  # stands on the floor
+    egg = np.array([[0.3, 0.1, 0, 1.2], [0, 0.25, 0, 2.0], [0, 0, 0.4, 1.5], [0, 0, 0, 1 / scale]]) * scale
+    extra = [Surface(touching, 0.3, 0.7), Surface(screen, 0.6, 0.4), Surface(screen, 0.2, 0.8, side="back")]
+    extra.append(Surface(Sphere(egg), 0.8, 0.2))
+    solution = solve(Scene(box(rho, 1 - rho, scale=scale) + extra), 1e-2)
+    for radiance in everywhere(solution):
+        assert np.abs(radiance - 1).max() < 1e-2
+
+
+def test_small_lamp_over_a_floor():
+    lamp, height, radius = Sphere.at((0, 0, 1.0), 0.01), 1.0, 0.01
+    floor = Plane((-5, -5, 0), (10, 0, 0), (0, 10, 0))
+    solution = solve(Scene([Surface(floor, 0.5, 0.0), Surface(lamp, 0.0, 100.0)]), 1e-2)
+    points = np.array([[0.0, 0, 0], [0.5, 0, 0], [0, 2.0, 0], [-3, 3, 0]])
+    distance = np.linalg.norm(points - [0, 0, height], axis=1)
+    expected = 100 * radius**2 * height / distance**3
+    assert np.abs(solution.incident(0, points)[:, 0] / expected - 1).max() < 1e-3
+
+
+def test_darkness_and_background():
+    dark = solve(Scene(box(0.5, 0.0)), 1e-2)
+    assert dark.error == 0 and all((radiance == 0).all() for radiance in everywhere(dark))
+    ball = Surface(Sphere.at((0, 0, 0), 1.0), 0.5)
+    sky = solve(Scene([ball], background=(1.0, 2.0, 3.0)), 1e-2)
+    assert np.abs(everywhere(sky)[0] - [0.5, 1.0, 1.5]).max() < 1e-12
+    black = solve(Scene([Surface(ball.shape)], background=(1.0, 2.0, 3.0)), 1e-2)
+    assert (everywhere(black)[0] == 0).all()
+
+
+def test_irradiance_in_space_agrees_with_the_surface():
+    solution = solve(Scene(box(0.5, [0, 1, 0, 0, 0, 0])), 1e-2)
+    points = points_on(solution.scene.surfaces[0].shape, 50, np.random.default_rng(0))
+    points = points * [0.8, 0.8, 1] + [0.2, 0.3, 1e-5]
+    here, there = solution.incident(0, points), solution.irradiance(points, np.tile([0.0, 0, 1], (50, 1)))
+    assert np.linalg.norm(here - there) < 2e-2 * np.linalg.norm(there)
+
+
+def test_relight_agrees_with_a_new_solution():
+    rho, lamp = np.array([0.6, 0.7, 0.5, 0.4, 0.3, 0.2]), np.array([0, 1.0, 0, 0, 0, 0])
+    ball = Surface(Sphere.at((1, 1, 0.6), 0.5), 0.7)
+    old = solve(Scene(box(rho, lamp) + [ball]), 1e-2)
+    scene = Scene([Surface(s.shape, 0.9 * s.reflectance, 2 * s.emission) for s in old.scene.surfaces])
+    for a, b in zip(everywhere(old.relight(scene)), everywhere(solve(scene, 1e-2))):
+        assert np.linalg.norm(a - b) < 2e-2 * np.linalg.norm(b)
+    with pytest.raises(SceneError, match="same shapes"):
+        old.relight(Scene(box(rho, lamp)))
+
+
+def test_progress_and_cancel():
+    scene = Scene(box(0.5, [0, 1, 0, 0, 0, 0]))
+    steps = solve_steps(scene, 1e-2)
+    fraction, error, seconds = next(steps)
+    assert 0 <= fraction <= 1 and error > 0 and seconds >= 0
+    steps.close()
+    seen = []
+    solution = solve(scene, 1e-2, progress=lambda *step: seen.append(step))
+    assert len(seen) > 2 and solution.error <= 1e-2 and solution.history
+    limited = solve(scene, 1e-6, time_limit=1e-3)
+    assert limited.warnings and np.isfinite(limited.error)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan")])
+def test_bad_target(bad):
+    with pytest.raises(SceneError, match="target_error"):
+        solve(Scene(box(0.5, 1.0)), bad)
+
+
+def test_convex_room_needs_no_visibility():
+    solution = solve(Scene(box(0.5, [0, 1, 0, 0, 0, 0])), 1e-2)
+    assert solution.counts.get("exact", 0) == 0 and solution.counts.get("sampled", 0) == 0
+    assert solution.plan.counts["free pairs"] == solution.plan.counts["pairs"]
+
+
+@pytest.mark.parametrize("name", ["seed_room", "cornell_spheres"])
+def test_reference_rooms(name):
+    file = REFERENCE / f"{name}.npz"
+    if not file.exists():
+        pytest.skip(f"reference data {file.name} is not beside the repository: the path tracer's check is NOT run")
+    data = np.load(file)
+    surfaces, index = [], []
+    for entry in json.loads(str(data["spec"]))["objects"]:
+        index.append(len(surfaces))
+        if entry["kind"] == "sphere":
+            surfaces.append(Surface(Sphere.at(entry["c"], entry["r"]), entry["rho"], entry["emit"]))
+            continue
+        plane = Plane(entry["o"], entry["u"], entry["v"])
+        surfaces += [Surface(plane, entry["rho"], entry["emit"]), Surface(plane, entry["rho"], 0.0, side="back")]
+    scene = Scene(surfaces)
+    solution, where = solve(scene, 1e-2), np.array(index)[data["surface"]]
+    found = np.empty_like(data["L"])
+    for k in np.unique(where):
+        found[where == k] = solution.radiance(k, data["P"][where == k])
+    received = data["L"] - scene.emission[where]
+    assert np.linalg.norm(found - data["L"]) < 2e-2 * np.linalg.norm(received)
