@@ -65,21 +65,17 @@ def _bake(options):
 
 
 class _Progress:
-    """Lines on stderr, at most a few a second."""
+    """Lines on stderr, at most a few a second and only where something changed."""
 
     def __init__(self):
-        self.text, self.next = None, 0.0
+        self.stage, self.line, self.next = "", "", 0.0
 
     def __call__(self, stage):
         now = time.perf_counter()
-        if stage.text == self.text and now < self.next:
-            return
-        self.text, self.next = stage.text, now + PROGRESS_SECONDS
-        print(
-            f"pdm: {stage.text} {100 * stage.fraction:3.0f} %, error {percent(stage.error)}",
-            file=sys.stderr,
-            flush=True,
-        )
+        line = f"pdm: {stage.text} {100 * stage.fraction:3.0f} %, error {percent(stage.error)}"
+        if line != self.line and (stage.text != self.stage or now >= self.next):
+            self.stage, self.line, self.next = stage.text, line, now + PROGRESS_SECONDS
+            print(line, file=sys.stderr, flush=True)
 
 
 def _fail(error, code):

@@ -61,8 +61,8 @@ def make_zip():
 
 
 def demo():
-    """Both demo rooms through the installed zip, on the newest Blender whose Python is here."""
-    name, python = first_blender()
+    """Both demo rooms through the installed zip."""
+    python = first_blender()[1]
     with fresh_blender(build_zip()) as environment:
         return subprocess.run([python, "tests/demo/bake_rooms.py"], cwd=ROOT, env=environment).returncode
 
@@ -127,8 +127,8 @@ def venv(name, version, packages):
 
 
 def first_blender():
-    """(name, python) of the newest Blender whose Python is here."""
-    for name, (version, packages) in reversed(BLENDER.items()):
+    """(name, python) of the oldest Blender whose Python is here: newer ones read what it writes."""
+    for name, (version, packages) in BLENDER.items():
         try:
             return name, venv(name, version, packages)
         except MissingPython as missing:

@@ -15,6 +15,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "build" / "demo"
 
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
+    bpy.context.preferences.filepaths.save_version = 0  # no backups beside the results
     bpy.ops.extensions.package_install_files(
         filepath=os.environ["PDM_ZIP"], repo="user_default", enable_on_install=True
     )

@@ -48,7 +48,7 @@ def paper(cells):
 ROOMS = {"cornell": cornell, "paper": paper}
 
 
-def build(name, size=600, cells=40):
+def build(name, size=600, cells=60):
     """Replaces the open file by the room `name`, `cells` x `cells` a wall, `size` x `size` pixels a picture."""
     bpy.ops.wm.read_homefile(use_empty=True)
     ROOMS[name](cells)
