@@ -35,17 +35,19 @@ class MeshShapes:
         return ", ".join(f"{n} {what}{'s' * (n > 1)}" for n, what in counted if n)
 
 
-def find_shapes(vertices, corners, counts, materials=None):
+def find_shapes(vertices, corners, counts, materials=None, grids=None):
     """MeshShapes of a mesh, every polygon part of a shape; NotRecognised with the reason otherwise.
 
     vertices (n, 3) m, corners (c,) vertex of each polygon corner, counts (p,) corners of each polygon, materials (p,)
-    a number that differs between materials: it parts planes, and a sphere has one.
+    a number that differs between materials: it parts planes, and a sphere has one. grids: a dict that speeds up a row
+    of calls, see find_sphere.
     """
     mesh = MeshArrays.make(vertices, corners, counts, materials)
     _check(mesh)
+    grids = {} if grids is None else grids
     fault = None
     try:
-        if sphere := _whole_sphere(mesh):
+        if sphere := _whole_sphere(mesh, grids):
             return MeshShapes([sphere], np.zeros(len(mesh.counts), np.int64))
     except NotRecognised as error:
         fault = error
@@ -54,7 +56,7 @@ def find_shapes(vertices, corners, counts, materials=None):
     failed = np.unique(component[groups.failure[groups.label] > 0])
     if len(failed) and (component == component[0]).all():
         raise fault or _neither(groups.failure)
-    return _mixed(mesh, groups, component, failed)
+    return _mixed(mesh, groups, component, failed, grids)
 
 
 def _check(mesh):
@@ -68,8 +70,8 @@ def _check(mesh):
         raise NotRecognised("is too small for its distance from the object's origin; use Set Origin to Geometry")
 
 
-def _whole_sphere(mesh):
-    sphere = find_sphere(mesh)
+def _whole_sphere(mesh, grids):
+    sphere = find_sphere(mesh, grids)
     if sphere and (mesh.materials != mesh.materials[0]).any():
         raise NotRecognised("is a UV sphere with more than one material; give it one")
     return sphere
@@ -80,13 +82,13 @@ def _neither(failure):
     return NotRecognised(f"is neither an unedited UV sphere nor made of flat parallelograms: {first}")
 
 
-def _mixed(mesh, groups, component, failed):
+def _mixed(mesh, groups, component, failed, grids):
     """Components that are no planes must be spheres; shapes are numbered in order of their first polygon."""
     number = groups.label.copy()
     spheres = {}
     for part in failed:
         polygons = component == part
-        sphere = _whole_sphere(mesh.part(polygons))
+        sphere = _whole_sphere(mesh.part(polygons), grids)
         if sphere is None:
             raise _neither(groups.failure[groups.label[polygons]])
         first = number[polygons].min()

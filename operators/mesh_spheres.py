@@ -5,6 +5,7 @@ moments commute with affine maps: they lead from the poles to each vertex's (k, 
 """
 
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -26,20 +27,62 @@ class SphereShape:
     is_outward: bool
 
 
-def find_sphere(mesh):
-    """The SphereShape that the whole of a MeshArrays is, or None; NotRecognised where it is one with a fault."""
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Where a mesh's vertices are on the unit UV sphere: ring k (n,) from 0 at the north pole, segment j (n,)."""
+
+    segments: int
+    rings: int
+    north: int
+    south: int
+    k: np.ndarray
+    j: np.ndarray
+    is_outward: bool
+
+    @cached_property
+    def ideal(self):
+        """(n, 3) on the unit sphere."""
+        theta, phi = np.pi * self.k / self.rings, 2 * np.pi * self.j / self.segments
+        return np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+
+    @cached_property
+    def least_squares(self):
+        """(4, n): vertices to the affine map of `ideal` that is nearest to them, its linear part and its origin."""
+        rows = np.column_stack([self.ideal, np.ones(len(self.ideal))])
+        return np.linalg.solve(rows.T @ rows, rows.T)
+
+
+def find_sphere(mesh, grids):
+    """The SphereShape that the whole of a MeshArrays is, or None; NotRecognised where it is one with a fault.
+
+    grids: dict of the Grid of polygons that were a sphere before: a scene has many spheres of few topologies.
+    """
     if len(mesh.vertices) < 8 or mesh.counts.max() > 4:
         return None
+    topology = (mesh.corners.tobytes(), mesh.counts.tobytes())
     fault = None
-    for north, south, segments, rings in _poles(mesh):
+    for guess in _guesses(mesh, grids.get(topology)):
         try:
-            if sphere := _fit(mesh, north, south, segments, rings):
+            if grid := guess():
+                sphere = _fit(mesh, grid)
+                grids[topology] = grid
                 return sphere
         except NotRecognised as error:
             fault = error
     if fault:
         raise fault
     return None
+
+
+def _guesses(mesh, grid):
+    """Functions that return a Grid or None: first the one that fitted the same polygons before.
+
+    They may be another sphere now, where triangles leave it open which edges are meridians.
+    """
+    if grid:
+        yield lambda: grid
+    for poles in _poles(mesh):
+        yield partial(_grid, mesh, *poles)
 
 
 def _poles(mesh):
@@ -67,16 +110,10 @@ def _poles(mesh):
     return pairs
 
 
-def _fit(mesh, north, south, segments, rings):
-    place = _grid(mesh, north, south, segments, rings)
-    if place is None:
-        return None
-    k, j = place
-    theta, phi = np.pi * k / rings, 2 * np.pi * j / segments
-    ideal = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-    middle = (mesh.vertices[north] + mesh.vertices[south]) / 2
-    rows = np.column_stack([ideal, np.ones(len(ideal))])
-    solution = np.linalg.solve(rows.T @ rows, rows.T @ (mesh.vertices - middle))
+def _fit(mesh, grid):
+    """The SphereShape whose grid the vertices are on, or NotRecognised."""
+    middle = (mesh.vertices[grid.north] + mesh.vertices[grid.south]) / 2
+    solution = grid.least_squares @ (mesh.vertices - middle)
     linear, origin = solution[:3].T, middle + solution[3]
     axes = np.linalg.svd(linear, compute_uv=False)
     if not axes[2] > 1e-9 * axes[0]:
@@ -84,24 +121,23 @@ def _fit(mesh, north, south, segments, rings):
     noise = mesh.rounding / axes[2]
     if noise > COARSEST:
         raise NotRecognised("is a sphere too flat for its distance from the object's origin; give it more volume")
-    miss = np.linalg.norm((mesh.vertices - origin) @ np.linalg.inv(linear).T - ideal, axis=1).max()
+    miss = np.linalg.norm((mesh.vertices - origin) @ np.linalg.inv(linear).T - grid.ideal, axis=1).max()
     if miss > DRIFT + noise:
-        raise NotRecognised(
-            f"is no UV sphere: a vertex is {miss:.1g} of the radius off a {segments} x {rings} sphere; was it edited?"
-        )
-    is_outward = _is_outward(mesh, k, j, segments, rings)
+        size = f"{grid.segments} x {grid.rings}"
+        raise NotRecognised(f"is no UV sphere: a vertex is {miss:.1g} of the radius off a {size} one; was it edited?")
+    mirrored = np.linalg.det(linear) < 0
     matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = linear, origin
+    matrix[:3, :3], matrix[:3, 3] = linear * [1, -1 if mirrored else 1, 1], origin  # the same sphere, right-handed
     if axes[0] - axes[2] <= (ROUND + noise) * axes[0]:
-        # a round sphere has no orientation; its poles do not drift, so every tessellation gives the same sphere
+        # a round sphere has no orientation; its poles hardly drift, so every tessellation gives the same sphere
         exact = noise < ROUND
-        radius = np.linalg.norm(mesh.vertices[north] - middle) if exact else axes.mean()
+        radius = np.linalg.norm(mesh.vertices[grid.north] - middle) if exact else axes.mean()
         matrix[:3, :3], matrix[:3, 3] = radius * np.eye(3), middle if exact else origin
-    return SphereShape(matrix, segments, rings, is_outward)
+    return SphereShape(matrix, grid.segments, grid.rings, grid.is_outward != mirrored)
 
 
 def _grid(mesh, north, south, segments, rings):
-    """Ring k (n,) from 0 at the north pole to `rings`, and segment j (n,) of each vertex (0 at the poles), or None."""
+    """The Grid of a mesh with these poles, or None; NotRecognised where only its polygons do not fit."""
     x = mesh.vertices - (mesh.vertices[north] + mesh.vertices[south]) / 2
     axis = x[north]
     # seen along the axis, in two coordinates across it, ring k is sin(theta_k) times one affine image of the circle
@@ -120,36 +156,36 @@ def _grid(mesh, north, south, segments, rings):
     turns = segments * np.arctan2(q[:, 1], q[:, 0]) / (2 * np.pi)
     phase = np.exp(2j * np.pi * turns) @ np.sin(theta)
     j = np.rint(turns - np.arctan2(phase.imag, phase.real) / (2 * np.pi)).astype(np.int64) % segments
-    k[[north, south]], j[[north, south]] = (0, rings), 0
-    inner = (k > 0) & (k < rings)
-    place = np.where(inner, 1 + (k - 1) * segments + j, np.where(k == 0, 0, len(x) - 1))
-    if np.count_nonzero(inner) != len(x) - 2 or (np.bincount(place, minlength=len(x)) != 1).any():
+    k[[north, south]], j[[north, south]] = (1, rings - 1), (0, 0)
+    place = np.delete((k - 1) * segments + j, [north, south])
+    if k.min() < 1 or k.max() > rings - 1 or np.bincount(place, minlength=len(place)).max() > 1:
         return None
-    return k, j
+    k[[north, south]] = 0, rings
+    return Grid(segments, rings, north, south, k, j, _is_outward(mesh, k, j, segments, rings))
 
 
 def _is_outward(mesh, k, j, segments, rings):
     """Checks that the polygons cover every cell of the grid once, all with the same winding; True for outward."""
-    starts, corners = mesh.starts, mesh.corners
-    ring, pole = k[corners], (k[corners] == 0) | (k[corners] == rings)
+    starts, polygon = mesh.starts, mesh.polygons
+    ring, turn = k[mesh.corners], j[mesh.corners]
+    pole = (ring == 0) | (ring == rings)
     top = np.minimum(np.minimum.reduceat(ring, starts), rings - 1)
-    turn = np.where(pole, 0, np.exp(2j * np.pi * j[corners] / segments))
-    middle = np.angle(np.add.reduceat(turn, starts)) * segments / (2 * np.pi)  # always between two segments
-    cell = top * segments + np.floor(middle).astype(np.int64) % segments
-    dk = ring - np.repeat(top, mesh.counts)
-    dj = np.where(pole, 0, (j[corners] - np.repeat(cell, mesh.counts)) % segments)
-    after = np.arange(1, len(corners) + 1)
+    some = np.maximum.reduceat(np.where(pole, -1, turn), starts)  # a segment of the polygon: its cell is beside it
+    right = np.where(pole, 1, (turn - some[polygon] + 1) % segments)
+    left = np.minimum.reduceat(right, starts)
+    dk, dj = ring - top[polygon], np.where(pole, 0, right - left[polygon])
+    cell = (top * segments + (some + left - 1) % segments)[polygon]
+    after = np.arange(1, len(polygon) + 1)
     after[starts + mesh.counts - 1] = starts
     steps = np.abs(dk[after] - dk) + np.abs(dj[after] - dj)
-    quad = np.repeat(mesh.counts == 4, mesh.counts)
-    size = segments * rings
-    in_cell = np.bincount(np.repeat(cell, mesh.counts), minlength=size)
-    at_pole = (np.arange(size) < segments) | (np.arange(size) >= size - segments)
+    is_quad = (mesh.counts == 4)[polygon]
     # of a cell's four corners a quad takes each once, two triangles both ends of a diagonal twice: half are low,
-    # half left; beside a pole one triangle is the cell
-    low, left = (np.bincount(np.repeat(cell, mesh.counts), d, size) for d in (dk, dj))
-    whole = np.isin(in_cell, (4, 6)) & (2 * low == in_cell) & (2 * left == in_cell)
-    if dk.max() > 1 or dj.max() > 1 or (steps[quad] != 1).any() or not np.where(at_pole, in_cell == 3, whole).all():
+    # half on the right; beside a pole one triangle is the cell
+    size = segments * rings
+    corners, low, right = (np.bincount(cell, d, size) for d in (None, dk, dj))
+    fits = ((corners == 4) | (corners == 6)) & (2 * low == corners) & (2 * right == corners)
+    fits[:segments], fits[size - segments :] = corners[:segments] == 3, corners[size - segments :] == 3
+    if dk.max() > 1 or dj.max() > 1 or (steps[is_quad] != 1).any() or not fits.all():
         raise NotRecognised("is no UV sphere: its faces are not those between its rings and segments")
     winding = np.add.reduceat(dk * dj[after] - dk[after] * dj, starts)
     if (winding > 0).all() or (winding < 0).all():

@@ -230,6 +230,24 @@ def test_small_counts_where_poles_have_the_valence_of_others(segments, rings, ho
     assert (shape.segments, shape.rings, shape.is_outward) == (segments, rings, True)
 
 
+@pytest.mark.parametrize("how", TRIANGULATE)
+def test_a_row_of_spheres_of_one_topology(how):
+    """What is remembered of the first must not mislead: mirrored, inward, edited, or another shape altogether."""
+    rng = np.random.default_rng(8)
+    vertices, polygons = shuffled(triangulated(uv_sphere(7, 5), how, rng), rng)
+    corners, counts, grids = np.concatenate(polygons), [len(q) for q in polygons], {}
+    for _ in range(20):
+        linear, origin = random_affine(rng), rng.uniform(-2, 2, 3)
+        (shape,) = find_shapes((vertices @ linear.T + origin).astype(np.float32), corners, counts, grids=grids).shapes
+        assert sphere_error(shape, linear, origin, 1.0) < 3e-6
+        assert shape.is_outward == (np.linalg.det(linear) > 0) and np.linalg.det(shape.matrix[:3, :3]) > 0
+    assert len(grids) == 1
+    bent = vertices.copy()
+    bent[3] *= 1.01
+    with pytest.raises(NotRecognised):
+        find_shapes(bent, corners, counts, grids=grids)
+
+
 @pytest.mark.parametrize("radius", [1e-3, 0.37, 1.0, 250.0])
 def test_round_spheres_of_any_tessellation_are_one_and_the_same(radius):
     matrices = [find(mapped(uv_sphere(s, r), radius * np.eye(3))).shapes[0].matrix for s, r in [(8, 4), (128, 64)]]

@@ -1,0 +1,200 @@
+"""Blender's scene as a pdm_core.Scene: every render-visible mesh object becomes surfaces or is refused aloud."""
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from ..pdm_core import Scene, SceneError
+from .materials import read_material, read_world
+from .mesh_topology import NotRecognised
+from .read_mesh import read_mesh
+from .read_surfaces import pieces_of, surfaces_of, twins
+from .render_visible import evaluated, render_visible
+
+UNREAD = {"CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME", "GPENCIL", "GREASEPENCIL"}
+
+
+@dataclass(eq=False)
+class ReadObject:
+    """A recognised object, which takes part in the light.
+
+    kind 'SPHERE', 'PLANE', 'PLANES' or 'SHAPES'; label for the user; surfaces: its indices into Scene.surfaces;
+    matrix (4, 4) float64 to the world; polygon_surface (p,): the surface that each polygon of the base mesh faces
+    along its normal; bakeable, or the reason why it is not.
+    """
+
+    object: bpy.types.Object
+    name: str
+    kind: str
+    label: str
+    surfaces: list
+    matrix: np.ndarray
+    polygon_surface: np.ndarray
+    bakeable: bool
+    reason: str
+
+
+@dataclass(eq=False)
+class Reading:
+    """scene: a pdm_core.Scene, None where nothing is recognised; objects: [ReadObject]; refused: [(name, reason)],
+    left out of the light; warnings: [sentence]; hidden: how many mesh objects a render does not show."""
+
+    scene: Scene | None
+    objects: list = field(default_factory=list)
+    refused: list = field(default_factory=list)
+    warnings: list = field(default_factory=list)
+    hidden: int = 0
+
+
+def read_scene(context, objects="ALL"):
+    """The Reading of the context's scene and view layer.
+
+    objects, 'ALL', 'SELECTED' or names, limits what is bakeable and never what lights: every recognised object that a
+    render shows takes part in the light. SceneError where a name is missing or a visible object is in Edit Mode.
+    """
+    view_layer = context.view_layer
+    visible = render_visible(view_layer)
+    meshes = [obj for obj in visible if obj.type == "MESH"]
+    wanted = _wanted(view_layer, meshes, objects)
+    editing = [repr(obj.name) for obj in meshes if obj.data.is_editmode]
+    if editing:
+        raise SceneError(f"Object {', '.join(editing)} is in Edit Mode; switch to Object Mode first")
+    reading = Reading(None, hidden=sum(obj.type == "MESH" for obj in view_layer.objects) - len(meshes))
+    reading.refused += [
+        (obj.name, f"is of type {obj.type.title()}; convert it to a mesh") for obj in visible if obj.type in UNREAD
+    ]
+    with evaluated(context, visible) as depsgraph:
+        found = _read_meshes(meshes, depsgraph, reading)
+        _note_unread(visible, depsgraph, reading)
+        taken = _accept(found, reading)
+        background = _background(context.scene, depsgraph, reading)
+    surfaces, indices = surfaces_of([piece for _, pieces in taken for piece in pieces])
+    if surfaces:
+        reading.scene = Scene(surfaces, background)
+    for mesh, pieces in taken:
+        own, indices = indices[: len(pieces)], indices[len(pieces) :]
+        reading.objects.append(_read_object(mesh, own, mesh.object in wanted))
+    return reading
+
+
+def _wanted(view_layer, meshes, objects):
+    """The set of objects to bake."""
+    if objects == "ALL":
+        return set(meshes)
+    if objects == "SELECTED":
+        return set(view_layer.objects.selected)
+    names = [objects] if isinstance(objects, str) else list(objects)
+    shown = {obj.name: obj for obj in meshes}
+    for name in names:
+        if name not in shown:
+            there = name in view_layer.objects
+            why = "is not a mesh that a render shows" if there else f"is not in view layer {view_layer.name!r}"
+            raise SceneError(f"Object {name!r} {why}; name a visible mesh object")
+    return {shown[name] for name in names}
+
+
+def _read_meshes(meshes, depsgraph, reading):
+    """[MeshObject] of the recognised; the others go to reading.refused."""
+    found, grids = [], {}
+    for obj in meshes:
+        try:
+            found.append(read_mesh(obj, depsgraph, grids))
+        except NotRecognised as error:
+            reading.refused.append((obj.name, str(error)))
+    return found
+
+
+def _accept(found, reading):
+    """[(MeshObject, [Piece])]; objects whose shapes the core refuses, or which lie on others, go to refused."""
+    looks, users, taken = {}, {}, []
+    for mesh in found:
+        for material in mesh.shape_materials:
+            key = material and material.name_full
+            if key not in looks:
+                looks[key] = read_material(material)
+            users.setdefault(key, {})[mesh.object.name] = None
+        own = [looks[material and material.name_full] for material in mesh.shape_materials]
+        pieces = pieces_of(mesh.object.name, mesh.matrix, mesh.shapes.shapes, own)
+        problems = [problem for piece in pieces if (problem := piece.shape.problem())]
+        if problems:
+            reading.refused.append((mesh.object.name, problems[0]))
+        else:
+            taken.append((mesh, pieces))
+    taken = _without_twins(taken, reading)
+    for key, look in looks.items():
+        reading.warnings += [
+            f"Material {key!r} ({_some('object', list(users[key]))}): {text}" for text in look.warnings
+        ]
+    for mesh, _ in taken:
+        reading.warnings += [f"Object {mesh.object.name!r}: {text}" for text in mesh.warnings]
+    return taken
+
+
+def _without_twins(taken, reading):
+    """Two shapes on one another would each hide the other: the later object is refused."""
+    owner = [k for k, (_, pieces) in enumerate(taken) for _ in pieces]
+    twin = twins([piece for _, pieces in taken for piece in pieces])
+    doubled = {}
+    for late in np.flatnonzero(twin >= 0):
+        doubled[owner[late]] = owner[twin[late]]
+    for late, early in doubled.items():
+        name = taken[early][0].object.name
+        where = "itself; merge its doubled faces" if late == early else f"object {name!r}; move or delete one of them"
+        reading.refused.append((taken[late][0].object.name, f"lies exactly on {where}"))
+    return [entry for k, entry in enumerate(taken) if k not in doubled]
+
+
+def _read_object(mesh, indices, is_wanted):
+    facing = np.array([sides[0] for sides in indices])
+    reason = mesh.reason or ("" if is_wanted else "is not among the objects to bake")
+    return ReadObject(
+        object=mesh.object,
+        name=mesh.object.name,
+        kind=mesh.shapes.kind,
+        label=mesh.shapes.label,
+        surfaces=[index for sides in indices for index in sides],
+        matrix=mesh.matrix,
+        polygon_surface=facing[mesh.polygon_shape],
+        bakeable=not reason,
+        reason=reason,
+    )
+
+
+def _note_unread(visible, depsgraph, reading):
+    """What a render shows and we do not read: instances, particles, lights."""
+    made = {}
+    for instance in depsgraph.object_instances:
+        if instance.is_instance and instance.object.type in UNREAD | {"MESH"}:
+            name = instance.parent.name
+            made[name] = made.get(name, 0) + 1
+    refused = {name for name, _ in reading.refused}
+    meshes = {obj.name for obj in visible if obj.type == "MESH"}
+    for name, count in made.items():
+        if name in refused:
+            continue
+        text = f"makes {count} instance{'s' * (count > 1)}; make them real (Object > Apply > Make Instances Real)"
+        if name in meshes:
+            reading.warnings.append(f"Object {name!r} {text}")
+        else:
+            reading.refused.append((name, text))
+    lights = [obj.name for obj in visible if obj.type == "LIGHT"]
+    if lights:
+        reading.warnings.append(f"{_some('Light', lights)} left out: use emissive materials instead")
+    for obj in visible:
+        if obj.type == "MESH" and len(obj.particle_systems):
+            reading.warnings.append(f"Object {obj.name!r}: its particles are left out")
+
+
+def _background(scene, depsgraph, reading):
+    world = scene.world and scene.world.evaluated_get(depsgraph)
+    background, warnings = read_world(world)
+    reading.warnings += [f"World {world.name!r}: {text}" for text in warnings]
+    return background
+
+
+def _some(what, names, most=3):
+    """object 'A'; objects 'A', 'B', 'C' and 2 more"""
+    listed = ", ".join(repr(name) for name in names[:most])
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return f"{what}{'s' * (len(names) > 1)} {listed}{more}"
