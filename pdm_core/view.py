@@ -458,7 +458,10 @@ def _meets_polygon(table, x, d, shape):
 
 
 def _sampled(table, x, n, source, corners, sky, occluders):
-    """The fallback: a Gauss rule over the source with a segment test a sample."""
+    """The fallback: the exact unoccluded factor times the share of it that a Gauss rule with segment tests sees.
+
+    The share is at most 1 however peaked the kernel is (near contact), so that a row cannot gain light.
+    """
     nodes, weights = gauss_legendre(SAMPLES)
     s, t = (a.reshape(-1, 1) for a in np.meshgrid(nodes, nodes, indexing="ij"))
     weight = np.outer(weights, weights).reshape(-1, 1)
@@ -480,13 +483,13 @@ def _sampled(table, x, n, source, corners, sky, occluders):
     kernel = np.broadcast_to(area, dd.shape).copy() if sky else cosine * divide(area, dd**2)
     if sky:
         d = d * _dome_distance(table, x, d, source)
+    whole = kernel.sum(axis=0)
     for index in occluders.T:
         valid = (index >= 0) & (index != source)
         if valid.any():
             blocked = segment_blocked(table, np.broadcast_to(x[:, None], d.shape), d, _real(index))
             kernel[blocked & valid] = 0.0
-    total = kernel.sum(axis=0) / np.pi
-    return np.where(np.isfinite(total), total, 0.0).reshape(m)
+    return _unoccluded(table, x, n, source, corners, sky) * divide(kernel.sum(axis=0), whole).reshape(m)
 
 
 def _dome_distance(table, x, d, source):
