@@ -574,3 +574,43 @@ def test_reading_changes_nothing(read):
     read()
     after = sorted(name for kind in ("objects", "meshes", "collections") for name in getattr(bpy.data, kind).keys())
     assert before == after and bpy.data.objects["Ball"].hide_viewport
+
+
+def test_front_and_back_are_those_of_cycles(read, tmp_path):
+    """A material that emits 1 from the front and 0.25 from the back, seen by Cycles and by the reading."""
+    made = scenes.material("Sided", emission=(1, 1, 1))
+    nodes, links = made.node_tree.nodes, made.node_tree.links
+    strength, backfacing = nodes.new("ShaderNodeMix"), nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"]
+    factor, front, back = (socket for socket in strength.inputs if socket.enabled)
+    links.new(backfacing, factor)
+    front.default_value, back.default_value = 1.0, 0.25
+    emission = next(node for node in nodes if node.bl_idname == "ShaderNodeEmission")
+    links.new(next(s for s in strength.outputs if s.enabled), emission.inputs["Strength"])
+    plane = scenes.grid("Plane", 2, 10.0, made_of=made)
+    look_down_at(0.0)
+    for scale in [(1, 1, 1), (-1, 1, 1), (1, 1, -1), (-1, -1, 1), (-1, -1, -1)]:
+        plane.scale = scale
+        bpy.context.view_layer.update()
+        _, surfaces = only(read())
+        (upper,) = [s for s in surfaces if s.normals(np.zeros((1, 3)))[0, 2] > 0]
+        assert upper.emission[0] == pytest.approx(rendered(tmp_path), abs=1e-3), scale
+
+
+def look_down_at(height):
+    scene = bpy.context.scene
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    scene.camera.location.z = height + 5
+    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 1, False
+    scene.render.resolution_x = scene.render.resolution_y = 4
+    scene.render.image_settings.file_format = "OPEN_EXR"
+
+
+def rendered(folder):
+    """Red of the picture's middle, linear."""
+    bpy.context.scene.render.filepath = str(folder / "picture.exr")
+    bpy.ops.render.render(write_still=True)
+    image = bpy.data.images.load(bpy.context.scene.render.filepath)
+    value = image.pixels[4 * (4 * 2 + 2)]
+    bpy.data.images.remove(image)
+    return value
