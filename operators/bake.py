@@ -15,8 +15,8 @@ from .report import bake_report
 
 Stage = namedtuple("Stage", "text fraction error")  # error: the current estimated relative error
 
-FIRST_CHUNK = 512  # points of the first evaluation; the later ones are sized by what it took
-CHUNK_SECONDS = 0.04  # a window stays fluid when each takes about this long
+FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
+CHUNK_SECONDS = 0.08  # a window stays usable when each takes about this long, and larger chunks gain little
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def _evaluate(solution, points, settings):
                 out[start:end] = field(surface, p.points[start:end])
                 done += end - start
                 speed = (end - start) / max(time.perf_counter() - begun, 1e-6)
-                chunk = int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, 64 * FIRST_CHUNK))
+                chunk = int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, 128 * FIRST_CHUNK))
                 start = end
                 yield Stage("Evaluating vertices", done / total, solution.error)
         out *= 2.0**settings.exposure

@@ -1,6 +1,6 @@
 """What the Makefile calls: finds Pythons, makes virtual environments in build/, builds the zip, runs tests and demo.
 
-    python tests/run.py test | zip | demo | lint | bench [benchmark arguments]
+    python tests/run.py test | zip | demo | lint
 
 Runs on any Python 3.8 or newer. A Python that is missing is said loudly and its tests count as skipped; with CI=true
 in the environment they count as failed.
@@ -29,13 +29,17 @@ SUITE_SECONDS = 1800  # a Blender that hangs at exit must not hang the run
 
 
 def main(words):
-    command, *rest = words or [""]
-    commands = {"test": test, "zip": make_zip, "demo": demo, "lint": lint, "bench": bench}
+    command = words[0] if len(words) == 1 else None
+    commands = {"test": test, "zip": make_zip, "demo": demo, "lint": lint}
     if command not in commands:
         print(__doc__)
         return 2
     BUILD.mkdir(exist_ok=True)
-    return commands[command](*rest)
+    try:
+        return commands[command]()
+    except MissingPython as missing:
+        print(f"Python {missing} was not found; install it", file=sys.stderr)
+        return 1
 
 
 def test():
@@ -70,12 +74,6 @@ def demo():
 def lint():
     python = venv("lint", "3.13", ["ruff"]) if find_python("3.13") else venv("lint", "3.11", ["ruff"])
     return subprocess.run([python, "-m", "ruff", "check", "."], cwd=ROOT).returncode
-
-
-def bench(*arguments):
-    python = first_blender()[1]
-    with fresh_blender(build_zip()) as environment:
-        return subprocess.run([python, "tests/benchmarks/run.py", *arguments], cwd=ROOT, env=environment).returncode
 
 
 class MissingPython(Exception):
@@ -131,9 +129,9 @@ def first_blender():
     for name, (version, packages) in BLENDER.items():
         try:
             return name, venv(name, version, packages)
-        except MissingPython as missing:
-            say_missing(name, missing)
-    raise SystemExit("no Python 3.13 or 3.11 was found; install one")
+        except MissingPython:
+            continue
+    raise MissingPython(" or ".join(sorted({version for version, _ in BLENDER.values()})))
 
 
 def build_zip():
