@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .closed_forms import aligned_rectangles
 from .pdm import parametric
 from .quadrature import gauss_square
-from .rectangles import aligned_rectangles
 from .scene import Plane, SceneError
 from .view import visible_factors
 from .visibility import Shafts
@@ -127,7 +127,9 @@ def _cells(scene, shafts, surface, corner, size, targets, hidden, counts):
         for kind in ("plane", "ball", "inside"):
             index = [k for k, t in enumerate(targets) if _kind(scene.surfaces[t]) == kind]
             if index:
-                value[:, index] = _from_points(scene, shafts, points, normals, targets[index], hidden[index], kind, counts)
+                value[:, index] = _from_points(
+                    scene, shafts, points, normals, targets[index], hidden[index], kind, counts
+                )
         weight = weight.reshape(len(part), -1) * weights * size.prod()
         out[start : start + step] = np.einsum("cq,cqt->ct", weight, value.reshape(len(part), len(nodes), -1))
     return out / surface.shape.area
@@ -159,8 +161,16 @@ def _from_points(scene, shafts, points, normals, targets, hidden, kind, counts):
         groups = [(slice(None), shape[b])] if kind != "inside" else [(b == q, shape[q]) for q in np.unique(b)]
         value = np.empty(len(a))
         for pick, index in groups:
-            value[pick] = visible_factors(shafts.table, points[a][pick], normals[a][pick], index,
-                                          source, hidden[b][pick], kind == "inside", counts)
+            value[pick] = visible_factors(
+                shafts.table,
+                points[a][pick],
+                normals[a][pick],
+                index,
+                source,
+                hidden[b][pick],
+                kind == "inside",
+                counts,
+            )
         out[a, b] = value
     return out
 

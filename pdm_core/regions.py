@@ -34,8 +34,9 @@ def _unit(a):
 class Ball:
     """An ellipsoid as the unit ball at centre c (3, m) of the space that `linear` (3, 3, m) maps to the world.
 
-    For a round sphere `linear` is None and `scale` (m,) is 1 / radius: directions need no scale. `conic` are the vectors k0, k1, k2 (3, m) of
-    its outline's directions r(f) = k0 + k1 cos f + k2 sin f, counter-clockwise seen from the point.
+    For a round sphere `linear` is None and `scale` (m,) is 1 / radius: directions need no scale. `conic` are the
+    vectors k0, k1, k2 (3, m) of its outline's directions r(f) = k0 + k1 cos f + k2 sin f, counter-clockwise seen from
+    the point.
     """
 
     c: np.ndarray
@@ -193,7 +194,7 @@ def _edges_in_ball(p, q, planes, ball):
     crosses, *ends = _conic_crossings(ball.conic, planes)
     d = q - p
     k0, k1, k2 = (k[:, None] for k in ball.conic)
-    # the edge turns as the directions inside do: from where the outline leaves the plane's inner side to where it enters
+    # the edge turns as the directions inside do: from where the outline leaves the plane's inner side to its entry
     found = []
     in_p, in_q = crosses.copy(), crosses.copy()
     for (cos, sin), turn in zip(ends[::-1], (1.0, -1.0)):
@@ -214,8 +215,8 @@ def _edges_in_ball(p, q, planes, ball):
 def _edges_in(region, p, q, edge_planes, nudge, first=None):
     lo, hi = _edges_in_planes(p, q, region.planes, edge_planes, nudge, first)
     if region.ball is not None:
-        l, h = _edges_in_ball(p, q, edge_planes, region.ball)
-        lo, hi = np.maximum(lo, l), np.minimum(hi, h)
+        from_, to = _edges_in_ball(p, q, edge_planes, region.ball)
+        lo, hi = np.maximum(lo, from_), np.minimum(hi, to)
     return lo, np.where(region.active, hi, -1.0)
 
 
@@ -226,8 +227,8 @@ def _edge_pieces(n, p, q, planes, lo, hi, hidden):
     d = q - p
     pp, pd, dd = dot(p, p), dot(p, d), dot(d, d)
     if hidden:
-        starts = np.stack([np.where(h > l, l, 1.0) for l, h in hidden])
-        ends = np.stack([np.where(h > l, h, 1.0) for l, h in hidden])
+        starts = np.stack([np.where(b > a, a, 1.0) for a, b in hidden])
+        ends = np.stack([np.where(b > a, b, 1.0) for a, b in hidden])
         order = np.argsort(starts, axis=0)
         starts, ends = np.take_along_axis(starts, order, 0), np.take_along_axis(ends, order, 0)
         ends = np.maximum.accumulate(ends, axis=0)
@@ -265,7 +266,8 @@ def _conic_ball_breaks(ball, other):
     s0, s2, t2 = form(0, 0) + (form(1, 1) + form(2, 2)) / 2, (form(1, 1) - form(2, 2)) / 2, form(1, 2)
     s1, t1 = 2 * form(0, 1), 2 * form(0, 2)
     z4, z3 = (s2 - 1j * t2) / 2, (s1 - 1j * t1) / 2
-    lead = np.where(np.abs(z4) > 1e-14 * (np.abs(z3) + np.abs(s0) + 1e-300), z4, 1e-14 * (np.abs(z3) + np.abs(s0)) + 1e-300)
+    least = 1e-14 * (np.abs(z3) + np.abs(s0)) + 1e-300  # two equal cones have no quartic: keep the division finite
+    lead = np.where(np.abs(z4) > least, z4, least)
     companion = np.zeros((len(s0), 4, 4), complex)
     companion[:, 1, 0] = companion[:, 2, 1] = companion[:, 3, 2] = 1.0
     for row, coefficient in enumerate((np.conj(z4), np.conj(z3), s0 + 0j, z3)):

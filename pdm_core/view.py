@@ -160,7 +160,7 @@ def _may_overlap(table, x, n, occluder, centre, radius):
 
 
 def _cones_apart(table, x, shape, centre, radius):
-    """(m,) Whether the cone of a shape's bounding sphere is apart from that of the sphere centre (3, m), radius (m,)."""
+    """(m,) Whether the cone around a shape's bounding sphere is apart from the one around another sphere."""
     d, r = table.origin[:, shape] - x, table.bound[shape]
     e = centre - x
     dd, ee = dot(d, d), dot(e, e)
@@ -274,7 +274,9 @@ def _overlapping(table, x, pair, occluder):
     count = np.bincount(pair, minlength=x.shape[1])[pair]
     e = np.repeat(np.arange(len(pair)), count)
     other = first[e] + np.arange(len(e)) - np.repeat(np.cumsum(count) - count, count)
-    apart = _cones_apart(table, x[:, pair[e]], occluder[e], table.origin[:, occluder[other]], table.bound[occluder[other]])
+    apart = _cones_apart(
+        table, x[:, pair[e]], occluder[e], table.origin[:, occluder[other]], table.bound[occluder[other]]
+    )
     keep = (e != other) & ~apart
     return e[keep], other[keep]
 
@@ -448,7 +450,9 @@ def _meets_ball(table, x, d, shape):
 def _meets_polygon(table, x, d, shape):
     corners = table.corners[:, :, shape]
     one = (1,) * (x.ndim - 2)
-    c, u, v = (k.reshape(3, *one, -1) for k in (corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]))
+    c, u, v = (
+        k.reshape(3, *one, -1) for k in (corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
+    )
     normal = np.cross(u, v, axis=0)
     t = divide(dot(normal, c - x), dot(normal, d))
     p = x + t * d - c

@@ -1,6 +1,6 @@
 """Error against time of the form factors, each case beside the plain published method: JSON and a table.
 
-    python tests/benchmarks/form_factors.py OUTPUT.json
+python tests/benchmarks/form_factors.py OUTPUT.json
 """
 
 import json
@@ -38,7 +38,7 @@ def timed(function, *arguments, **options):
 
 
 def seed_room():
-    """All 49 factors; the three of the paper against their exact values (sphere to face by symmetry, others tighter)."""
+    """All 49 factors; the three of the paper against their exact values (the sphere's by symmetry)."""
     planes, ball = [Surface(p) for p in cube_planes()], Surface(Sphere.at((0, 0, 0), 1))
     exact = {(0, 1): 0.1542499315, (0, 2): 0.1968931067, (0, 6): 4 * np.pi / 216, (6, 0): 1 / 6}
     scene = Scene([*planes, ball])
@@ -64,7 +64,10 @@ def seed_room():
 def squares():
     edge = [Surface(Plane((0, 0, 0), (1, 0, 0), (0, 1, 0))), Surface(Plane((0, 0, 0), (0, 1, 0), (0, 0, 1)))]
     near = [Surface(Plane((0, 0, 0), (1, 0, 0), (0, 1, 0))), Surface(Plane((0, 0, 1e-3), (0, 1, 0), (1, 0, 0)))]
-    for name, pair, exact in (("squares sharing an edge", edge, ADJACENT), ("squares 1e-3 apart", near, 0.9980056319075797)):
+    for name, pair, exact in (
+        ("squares sharing an edge", edge, ADJACENT),
+        ("squares 1e-3 apart", near, 0.9980056319075797),
+    ):
         f = form_factors(Scene(pair))
         yield row(name, "closed form", worst([(f.F[0, 1], exact)]), f.seconds)
         for d in (1, 3, 6):
@@ -86,7 +89,15 @@ def patched_cube():
     closure = float(np.abs(f.F.sum(axis=1) - 1).max())
     exchange = float(np.abs(f.F - f.F.T).max() / f.F.max())
     pair = f.seconds / (216 * 215) * 1e6
-    yield row("cube of 216 planes", "closed form", error, f.seconds, closure=closure, reciprocity=exchange, microseconds_a_pair=pair)
+    yield row(
+        "cube of 216 planes",
+        "closed form",
+        error,
+        f.seconds,
+        closure=closure,
+        reciprocity=exchange,
+        microseconds_a_pair=pair,
+    )
     subset = [(0, 36 + 7), (0, 80), (3, 200)]
     value, seconds = timed(lambda: [pdm_form_factor(patches[a], patches[b]) for a, b in subset])
     error = worst([(v, f.F[k]) for v, k in zip(value, subset)])
@@ -97,7 +108,10 @@ def crowded_room():
     rng = np.random.default_rng(3)
     grid = [(x, y, z) for x in (-2, 0, 2) for y in (-2, 2) for z in (-1.6, 1.5)]
     balls = [Sphere.at(c, r) for c, r in zip(grid, rng.uniform(0.2, 0.95, 12))]
-    screens = [Plane((-1, -0.8, -2.5), (1.8, 0.3, 0), (0, 0.2, 4)), Plane((0.7, 0.9, -2), (1.2, -0.9, 0.1), (0.1, 0.1, 3))]
+    screens = [
+        Plane((-1, -0.8, -2.5), (1.8, 0.3, 0), (0, 0.2, 4)),
+        Plane((0.7, 0.9, -2), (1.2, -0.9, 0.1), (0.1, 0.1, 3)),
+    ]
     surfaces = [Surface(s) for s in [*cube_planes(), *balls]] + [s for p in screens for s in both_sides(p)]
     scene = Scene(surfaces)
     f = form_factors(scene, 1e-1)
@@ -113,7 +127,13 @@ def contact():
         f = form_factors(Scene([Surface(s) for s in [*floor, Sphere.at((0, 0, -2 + gap), 1)]]), 1e-3)
         reciprocity = abs(f.F[6, 0] * 4 * np.pi / 36 - f.F[0, 6]) / f.F[0, 6]
         closure = float(np.abs(f.background).max())
-        yield row(f"ball over floor, gap {gap:g}", "rtol 1e-3; error: reciprocity", float(reciprocity), f.seconds, closure=closure)
+        yield row(
+            f"ball over floor, gap {gap:g}",
+            "rtol 1e-3; error: reciprocity",
+            float(reciprocity),
+            f.seconds,
+            closure=closure,
+        )
     for gap in (1e-1, 1e-4, 1e-12, 0.0):
         pair = [Sphere.at((0, 0, -1 - gap / 2), 1), Sphere.at((0, 0, 1 + gap / 2), 1)]
         f = form_factors(Scene([Surface(s) for s in [*cube_planes(), *pair]]), 1e-3)
@@ -136,11 +156,12 @@ def inside():
 
 def main(output):
     rows = []
-    for case in (seed_room, squares, patched_cube, crowded_room, contact, inside):
-        for result in case():
+    for cases in (seed_room, squares, patched_cube, crowded_room, contact, inside):
+        for result in cases():
             rows.append(result)
-            more = " ".join(f"{k} {v:.2g}" for k, v in result.items() if k not in ("case", "method", "error", "seconds"))
-            print(f"{result['case']:28} {result['method']:32} {result['error']:9.1e} {result['seconds']:8.3f} s  {more}", flush=True)
+            case, method, error, seconds, *more = result.values()
+            more = " ".join(f"{k} {v:.2g}" for k, v in zip(list(result)[4:], more))
+            print(f"{case:28} {method:32} {error:9.1e} {seconds:8.3f} s  {more}", flush=True)
     about = {"python": platform.python_version(), "numpy": np.__version__, "machine": platform.machine(), "threads": 1}
     Path(output).parent.mkdir(parents=True, exist_ok=True)
     Path(output).write_text(json.dumps({"about": about, "rows": rows}, indent=1) + "\n")

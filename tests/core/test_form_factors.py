@@ -123,7 +123,9 @@ def test_invariant_under_motion_scale_and_mirror(seed, exponent, mirror):
 @given(st.integers(0, 2**32 - 1))
 def test_closure_and_reciprocity_in_random_rooms(seed):
     rng = np.random.default_rng(seed)
-    balls = [Sphere.at((x, y, rng.uniform(-2, 2)), rng.uniform(0.1, 0.65)) for x in (-1.7, 0, 1.7) for y in (-1.7, 0, 1.7)]
+    balls = [
+        Sphere.at((x, y, rng.uniform(-2, 2)), rng.uniform(0.1, 0.65)) for x in (-1.7, 0, 1.7) for y in (-1.7, 0, 1.7)
+    ]
     chosen = [balls[k] for k in rng.choice(9, 3, replace=False)]
     scene = Scene([Surface(s) for s in [*cube_planes(), *chosen]])
     f = form_factors(scene, 1e-2)
