@@ -28,7 +28,7 @@ def parametric(surface, st):
 
 
 def patch_samples(surface, divisions, points):
-    """Gauss points (n, 3) m of a surface divided into equal parameter rectangles, and weighted area vectors (n, 3) m^2."""
+    """Gauss points (n, 3) m of a surface in equal parameter rectangles, and weighted area vectors (n, 3) m^2."""
     nodes, weights = gauss_square(points)
     rows, columns = divisions
     cell = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), axis=-1).reshape(-1, 1, 2)

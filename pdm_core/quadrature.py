@@ -1,11 +1,11 @@
 """Quadrature rules on [0, 1] and on the unit square."""
 
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
 
-@lru_cache(maxsize=None)
+@cache
 def gauss_legendre(points):
     """Nodes (points,) in (0, 1) and weights (points,) that sum to 1; exact to degree 2 * points - 1."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
@@ -14,7 +14,7 @@ def gauss_legendre(points):
     return nodes, weights
 
 
-@lru_cache(maxsize=None)
+@cache
 def gauss_square(points):
     """Tensor Gauss rule on the unit square: nodes (points**2, 2), weights (points**2,) that sum to 1."""
     nodes, weights = gauss_legendre(points)

@@ -23,7 +23,9 @@ from .regions import (
 )
 from .scene import Sphere
 
-TOUCHING = 1e-9  # depth, relative to the shapes' size, up to which shapes that cross count as touching
+# Depth, relative to the shapes' size, up to which shapes that cross count as touching and planes as flush: Blender's
+# single-precision vertices are off by a tenth of it. What it costs is of the same size, and only in such places.
+TOUCHING = 1e-6
 BATCH = 32768  # pairs whose candidates are sifted at once
 GROUP = 8192  # (pair, region) entries in one contour integral
 ASCENT = 300  # steps towards a separating direction of two ellipsoids

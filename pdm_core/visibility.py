@@ -3,9 +3,9 @@
 import numpy as np
 
 from .scene import Sphere
-from .view import ShapeTable, segment_blocked
+from .view import TOUCHING, ShapeTable, segment_blocked
 
-BESIDE = 1e-9  # of the scene's size: what reaches no further over a plane counts as not crossing it
+BESIDE = TOUCHING  # of the scene's size: what reaches no further over a plane counts as not crossing it
 ENTRIES = 1 << 21  # (pair, shape) entries tested at once
 
 
