@@ -57,7 +57,7 @@ def find_planes(mesh):
         normal = _sum(normals, label, label.max() + 1)
         corner, u, v = _parallelograms(mesh, label, normal)
         failure = _failures(mesh, label, normal, corner, u, v)
-    failure[facets] = FACETS
+    failure[facets] = np.where(failure[facets] > 0, failure[facets], FACETS)
     failure[label[np.einsum("ij,ij->i", normals, normal[label]) <= 0]] = OPPOSITE
     failure[label[height <= mesh.rounding]] = NO_AREA
     return FlatGroups(label, corner, u, v, failure)

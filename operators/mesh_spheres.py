@@ -14,6 +14,7 @@ from .mesh_topology import NotRecognised
 # Blender turns one meridian round in float32: vertices drift up to 1.1e-5 of the radius at 512 x 256 segments
 DRIFT = 3e-5
 COARSEST = 1e-2  # of the semi-axis: with more rounding than this an edited sphere could not be told from a true one
+MOST_POLES = 16  # vertices to try as a pole
 ROUND = 1e-5  # semi-axes that agree to this come from an even scale
 
 
@@ -100,13 +101,16 @@ def _poles(mesh):
     miss = around[may_be] / valence[may_be, None] - np.cos(np.pi / rings[may_be])[:, None] * offset[may_be]
     miss = np.linalg.norm(miss, axis=1)
     slack = 10 * DRIFT * np.abs(offset).max() + 10 * mesh.rounding
+    # where only two vertices have a valence they are the poles; a smooth mesh may have thousands that look alike
+    many = np.bincount(valence)[valence[may_be]] > 2
+    likeliest = np.lexsort((miss, many))[:MOST_POLES]
     pairs, seen = [], set()
-    for north in may_be[np.argsort(miss, kind="stable")][: np.count_nonzero(miss <= slack)]:
+    for north in may_be[likeliest[miss[likeliest] <= slack]].tolist():
         distance = np.linalg.norm(offset + offset[north], axis=1)
         south = int(distance.argmin())
         if north not in seen and distance[south] <= slack and valence[south] == valence[north]:
-            pairs.append((int(north), south, int(valence[north]), int(rings[north])))
-            seen |= {int(north), south}
+            pairs.append((north, south, int(valence[north]), int(rings[north])))
+            seen |= {north, south}
     return pairs
 
 

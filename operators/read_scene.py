@@ -171,12 +171,10 @@ def _note_unread(visible, depsgraph, reading):
     refused = {name for name, _ in reading.refused}
     meshes = {obj.name for obj in visible if obj.type == "MESH"}
     for name, count in made.items():
-        if name in refused:
-            continue
         text = f"makes {count} instance{'s' * (count > 1)}; make them real (Object > Apply > Make Instances Real)"
         if name in meshes:
             reading.warnings.append(f"Object {name!r} {text}")
-        else:
+        elif name not in refused:
             reading.refused.append((name, text))
     lights = [obj.name for obj in visible if obj.type == "LIGHT"]
     if lights:

@@ -73,7 +73,7 @@ def test_sphere_under_any_matrix(read, matrix, applied):
     if applied:
         obj.data.transform(matrix)
         if matrix.determinant() < 0:
-            obj.data.flip_normals()  # as applying the scale in the window does
+            obj.data.flip_normals()  # its winding is kept, so it would face inward
     else:
         parent = bpy.data.objects.new("Parent", None)  # a shear comes from a parent
         bpy.context.collection.objects.link(parent)

@@ -498,6 +498,14 @@ def test_three_walls_meeting_at_one_edge():
     assert len(found.shapes) == 3
 
 
+def test_fine_meshes_take_no_search_over_all_vertices():
+    """Fine and smooth: every vertex is nearly the mean of its neighbours, as a pole is."""
+    (shape,) = find(uv_sphere(400, 200)).shapes
+    assert (shape.segments, shape.rings) == (400, 200)
+    vertices, polygons = torus(300, 202)
+    assert "neither" in reason((vertices, polygons))
+
+
 def test_octagonal_rooms_are_planes_but_finer_facets_are_not():
     assert len(find(cylinder(8, caps=False)).shapes) == 8
     for n in (9, 12, 32, 100):
