@@ -26,6 +26,7 @@ from .scene import Sphere
 # Depth, relative to the shapes' size, up to which shapes that cross count as touching and planes as flush: Blender's
 # single-precision vertices are off by a tenth of it. What it costs is of the same size, and only in such places.
 TOUCHING = 1e-6
+IN_PLANE = 1e-9  # height over a polygon, relative to its size, at which it is seen edge-on: a point by a wall is not
 BATCH = 32768  # pairs whose candidates are sifted at once
 GROUP = 8192  # (pair, region) entries in one contour integral
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
@@ -218,7 +219,7 @@ def _sift_balls(sifted, table, x, n, source, corners, entry, pair, occluder, sky
 def _sift_polygons(sifted, table, x, n, source, corners, entry, pair, occluder, sky):
     polygon = table.polygon(x, occluder)
     normal = np.stack(np.cross(polygon[:, 1] - polygon[:, 0], polygon[:, 3] - polygon[:, 0], axis=0))
-    edge_on = np.abs(dot(normal, polygon[:, 0])) <= TOUCHING * np.sqrt(dot(normal, normal)) * table.bound[occluder]
+    edge_on = np.abs(dot(normal, polygon[:, 0])) <= IN_PLANE * np.sqrt(dot(normal, normal)) * table.bound[occluder]
     keep = ~edge_on & (dot(n[:, None], polygon) > 0).any(axis=0)
     # what has the point and the whole source on one side of its plane cannot come between them
     slack = TOUCHING * table.bound[occluder]

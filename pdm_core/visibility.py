@@ -43,11 +43,10 @@ class Shafts:
         sb = self.shape[b]
         keep = self._not_behind(b)
         keep[np.arange(len(b)), sb] = False
-        keep &= self.obstacle
         known = np.flatnonzero(a >= 0)
         if len(known):
             sa, sb = self.shape[a[known]], sb[known]
-            part = keep[known] & self._not_behind(a[known])
+            part = keep[known] & self._not_behind(a[known]) & self.obstacle
             part[np.arange(len(known)), sa] = False
             # a plane hides something only if it has part of the pair on either side
             low = np.minimum(self.low[:, sa], self.low[:, sb]).T
@@ -75,7 +74,7 @@ class Shafts:
 
     def candidates(self, a, b):
         """Surfaces a, b (p,) -> candidate occluders (p, width), shape indices padded with -1."""
-        if not self.obstacle.any():
+        if not self.obstacle.any() and (a >= 0).all():
             return np.zeros((len(a), 0), int)
         lists = []
         step = max(1, ENTRIES // len(self.radius))
