@@ -19,7 +19,9 @@ from .closed_forms import clip_edges, cross, divide, dot
 from .quadrature import gauss_legendre
 
 COINCIDENT = 1e-12  # sine of the angle below which two arcs count as one; the error made is of this size
-GRAZING = 1e-12
+GRAZING = 1e-12  # relative depth of a sliver that is none
+ROUNDING = 1e-15
+ASIDE = 0.4323  # where a piece of an outline is tested
 INNER, OUTER, BOTH = range(3)
 TURN = 2 * np.pi
 EDGE_ON = 1e-14  # of the cube of its reach: a polygon of less volume with the point is seen edge-on
@@ -278,8 +280,9 @@ def _conic_ball_breaks(ball, other):
 def _inside(region, r):
     """r (3, j, m) -> (j, m)"""
     result = np.broadcast_to(region.active, r.shape[1:]).copy()
+    least = -ROUNDING * np.sqrt(dot(r, r))
     for k in range(region.planes.shape[1]):
-        result &= dot(region.planes[:, k][:, None], r) >= 0
+        result &= dot(region.planes[:, k][:, None], r) >= least
     if region.ball is not None:
         q0, b0 = region.ball.form(r)
         result &= (q0 > 0) & (b0 > 0)
@@ -323,7 +326,8 @@ def _conic_pieces(n, ball, inside, outside):
     breaks.sort(axis=0)
     zero = np.zeros((1, breaks.shape[1]))
     f0, f1 = np.concatenate([zero, breaks]), np.concatenate([breaks, zero + TURN])
-    middle = (f0 + f1) / 2
+    # not the midpoint: in symmetric scenes that is where an outline touches a plane without crossing it
+    middle = f0 + ASIDE * (f1 - f0)
     k0, k1, k2 = (k[:, None] for k in ball.conic)
     r = k0 + k1 * np.cos(middle) + k2 * np.sin(middle)
     keep = (f1 - f0 > 1e-15) & _inside(inside, r)

@@ -154,3 +154,12 @@ def test_penumbra_is_monotone_and_smooth():
     assert (np.diff(f) >= -1e-15).all()
     coarse, fine = np.abs(np.diff(f[::4], 2)).max(), np.abs(np.diff(f, 2)).max()
     assert fine < coarse / 6  # second differences shrink with the step: no steps, no kinks of the first order
+
+
+@pytest.mark.parametrize("direction", [(1, 0), (0, -1), (1, 1), (0.6, 0.8)])
+def test_ball_on_the_floor_seen_along_an_axis_of_symmetry(direction):
+    # the outline touches the horizon without crossing it, at the very middle of the far wall's piece of it
+    ball, distance = Sphere.at((0, 0, -2), 1.0), np.linspace(0, 2.5, 40)
+    points = np.column_stack([distance[:, None] * direction / np.linalg.norm(direction), np.full(40, -3.0)])
+    f = rows([*cube_planes(), ball], points, np.tile([0, 0, 1.0], (40, 1)))
+    assert np.abs(f.sum(axis=0) - 1).max() < 1e-11
