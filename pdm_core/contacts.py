@@ -7,7 +7,9 @@ import numpy as np
 
 from .scene import Sphere
 
-ACROSS = 2.0  # a cell's size, of the distance at which the gap around it has opened by its curvature
+ACROSS = 1.0  # a cell's size, of the distance at which the gap around it has opened by its curvature
+FACING = 0.7  # least cosine between planes that have a gap between them rather than a corner
+GAPS, EXTENT = 4.0, 0.2  # cells in a gap between planes: no larger than so many gaps or that part of the plane's radius
 
 
 def crowded(field, smallest):
@@ -31,6 +33,18 @@ def crowded(field, smallest):
             gap = np.linalg.norm(points[near] - shape.project(points[near]), axis=1)
             round_ = field.is_sphere[field.surface[leaves[near]]]
             curved = np.array([s.bounds[1] for s in field.scene.shapes])[own[near]]
-            scale = np.where(round_, np.sqrt(gap * (gap + 2 * curved)), np.inf)
+            flat = _flat_gap(field, leaves[near], points[near], size[near], shape)
+            scale = np.where(round_, np.sqrt(gap * (gap + 2 * curved)), flat)
         split[near] |= size[near] > ACROSS * scale
     return leaves[split]
+
+
+def _flat_gap(field, cells, points, size, plane):
+    """Sizes (n,) m to which cells of planes, by their centres and sizes, are resolved before another plane."""
+    normal = field.normals[field.nodes[cells, 4]]
+    offset = plane.project(points) - points
+    across = np.abs(np.einsum("ni,ni->n", normal, offset))
+    beside = np.sqrt(np.maximum(np.einsum("ni,ni->n", offset, offset) - across**2, 0.0))
+    gap = np.hypot(across, np.maximum(beside - size / 2, 0.0))
+    scale = np.maximum(GAPS * gap, EXTENT * plane.bounds[1])  # within the gap surpluses can tell
+    return np.where(np.abs(normal @ plane.normal) > FACING, scale, np.inf)

@@ -238,7 +238,8 @@ class _State:
         own = self.sent.node_surface
         right = self.rows @ (self.scene.reflectance[own] * self.lit + self.added[own])
         self.indirect, steps, self.solver_error = gmres(self.scatter, right, self.indirect, tolerance, MAX_KRYLOV)
-        self.solver_error *= np.linalg.norm(right) / max(np.linalg.norm(self.indirect), 1e-300)  # of the solution's size
+        # of the solution's size, which the rooms' gain has made larger than the right side
+        self.solver_error *= np.linalg.norm(right) / max(np.linalg.norm(self.indirect), 1e-300)
         self.counts["iterations"] += steps
         self.measure()
 
@@ -434,7 +435,8 @@ def _round(state, target, last):
     yield
     state.divide(target)
     yield
-    state.checked = last or SAFETY * state.optimism * state.promised * state.norm / max(state.scale, 1e-300) <= target or state.rows.shape[0] > MAX_NODES / 2
+    promised = SAFETY * state.optimism * state.promised * state.norm / max(state.scale, 1e-300)
+    state.checked = last or promised <= target or len(state.rows) > MAX_NODES / 2
     if state.checked:
         yield from state.check()
 
