@@ -37,7 +37,7 @@ MAX_KRYLOV = 60
 SAMPLES = 96  # points where the residual is measured each round
 FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 3.0  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
-CANCEL = 0.1  # of an error of either sign this part is left in the mean, which the rooms amplify
+CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 EVALUATE = 1 << 13  # points evaluated at once
 
 

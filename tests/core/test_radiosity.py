@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rooms import cube_planes
 
 from pdm_core import Plane, Scene, SceneError, Sphere, Surface, solve, solve_steps
 
@@ -140,3 +141,19 @@ def test_reference_rooms(name):
         found[where == k] = solution.radiance(k, data["P"][where == k])
     received = data["L"] - scene.emission[where]
     assert np.linalg.norm(found - data["L"]) < 2e-2 * np.linalg.norm(received)
+
+
+@pytest.mark.parametrize("rho", [0.99, 0.999])
+def test_the_stated_error_is_true_where_the_room_amplifies_it(rho):
+    shapes = [*cube_planes(), Sphere.at((0, 0, 0), 1)]
+    scene = Scene([Surface(s, rho, 1.0 if k == 1 else 0.0) for k, s in enumerate(shapes)])
+    coarse, fine = solve(scene, 1e-2), solve(scene, 3e-3)
+    rng = np.random.default_rng(4)
+    wrong = total = 0.0
+    for k, shape in enumerate(shapes):
+        points = shape.project(rng.uniform(-3, 3, (40, 3)))
+        radiance = fine.radiance(k, points)
+        wrong += ((coarse.radiance(k, points) - radiance) ** 2).sum()
+        total += ((radiance - scene.emission[k]) ** 2).sum()
+    assert np.sqrt(wrong / total) < coarse.error + fine.error
+    assert coarse.error < 1e-2
