@@ -10,7 +10,7 @@ import numpy as np
 
 from .scene import Plane
 
-ALIGNED = 1e-14  # sine and cosine of angles that count as right
+ALIGNED = 1e-12  # sine of the angle from an axis that counts as none; the error made is of this size
 CHUNK = 4096  # pairs; some 40 arrays of this length stay in a core's second-level cache
 
 
@@ -136,6 +136,11 @@ def _corner_sum(primitive, a0, a1, b0, b1, c0, c1, d0, d1):
     return total / (2 * np.pi)
 
 
+def _along_axes(vectors):
+    """Whether unit vectors (m, 3) lie along one axis of their frame; by the components across, not the cosine."""
+    return np.sort(np.abs(vectors), axis=1)[:, 1] <= ALIGNED
+
+
 def aligned_rectangles(surfaces, i, j):
     """Unoccluded form factors (m,) of pairs i -> j (m,) of surfaces, and which pairs are aligned rectangles (m,).
 
@@ -153,57 +158,37 @@ def aligned_rectangles(surfaces, i, j):
     normal = np.array([surfaces[k].sign * s.normal for k, s in zip(planes, shapes)])
     square = np.abs(np.einsum("ij,ij->i", e, f)) < ALIGNED
     a, b = number[i], number[j]
-    known = (a >= 0) & (b >= 0) & square[a] & square[b]
-    value = np.zeros(len(i))
-    # in the frame (e, f, normal) of the source
-    frame = np.stack([e, f, normal], axis=1)[a]
+    frame = np.stack([e, f, normal], axis=1)[a]  # of the source
 
     def local(w):
         return np.einsum("mij,mj->mi", frame, w)
 
     be, bf, bn, offset = local(e[b]), local(f[b]), local(normal[b]), local(origin[b] - origin[a])
-    aligned = np.isclose(np.abs(bn).max(axis=1), 1, rtol=0, atol=ALIGNED) & np.isclose(
-        np.abs(be).max(axis=1), 1, rtol=0, atol=ALIGNED
-    )
-    known &= aligned
+    known = (a >= 0) & (b >= 0) & square[a] & square[b] & _along_axes(be) & _along_axes(bn)
     extent = be * length_u[b, None] + bf * length_v[b, None]
     low, high = np.minimum(offset, offset + extent), np.maximum(offset, offset + extent)
-    axis = np.argmax(np.abs(bn), axis=1)
-    lu, lv = length_u[a], length_v[a]
-    facing = known & (axis == 2) & (bn[:, 2] < 0) & (offset[:, 2] > 0)
-    if facing.any():
-        k = facing
-        z = offset[k, 2]
-        value[k] = _corner_sum(
-            lambda x, xi, y, eta: _parallel(x - xi, y - eta, z),
-            0.0,
-            lu[k],
-            low[k, 0],
-            high[k, 0],
-            0.0,
-            lv[k],
-            low[k, 1],
-            high[k, 1],
-        )
-    for normal_axis, along, width, span in ((0, 1, lu, lv), (1, 0, lv, lu)):
-        k = known & (axis == normal_axis)
+    value = _exchange(known, bn, low, high, length_u[a], length_v[a])
+    return np.maximum(value, 0.0) / (length_u * length_v)[a], known
+
+
+def _exchange(known, normal, low, high, lu, lv):
+    """Area times form factor (m,) from [0, lu] x [0, lv] at z = 0, facing +z, to the boxes low..high (m, 3), flat
+    along the axis of their normal (m, 3); 0 where not known."""
+    value = np.zeros(len(known))
+    axis = np.argmax(np.abs(normal), axis=1)
+    k = known & (axis == 2) & (normal[:, 2] < 0) & (low[:, 2] > 0)
+    if k.any():
+        z = low[k, 2]
+        ends = 0.0, lu[k], low[k, 0], high[k, 0], 0.0, lv[k], low[k, 1], high[k, 1]
+        value[k] = _corner_sum(lambda x, xi, y, eta: _parallel(x - xi, y - eta, z), *ends)
+    for across, along, width, span in ((0, 1, lu, lv), (1, 0, lv, lu)):
+        k = known & (axis == across)
         if not k.any():
             continue
         # distances from the common line: of the source into the target's front, of the target above the source
-        side = np.sign(bn[k, normal_axis])
-        x = np.stack([side * (0 - offset[k, normal_axis]), side * (width[k] - offset[k, normal_axis])])
-        x = np.maximum(np.sort(x, axis=0), 0.0)
+        side, line = np.sign(normal[k, across]), low[k, across]
+        x = np.maximum(np.sort(np.stack([-side * line, side * (width[k] - line)]), axis=0), 0.0)
         xi = np.maximum(np.stack([low[k, 2], high[k, 2]]), 0.0)
-        value[k] = _corner_sum(
-            lambda p, q, y, eta: _perpendicular(p, q, y - eta),
-            x[0],
-            x[1],
-            xi[0],
-            xi[1],
-            0.0,
-            span[k],
-            low[k, along],
-            high[k, along],
-        )
-    area = length_u * length_v
-    return np.maximum(value, 0.0) / area[a], known
+        ends = *x, *xi, 0.0, span[k], low[k, along], high[k, along]
+        value[k] = _corner_sum(lambda p, q, y, eta: _perpendicular(p, q, y - eta), *ends)
+    return value
