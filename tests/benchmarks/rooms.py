@@ -96,7 +96,7 @@ def plot(rows, path):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(figsize=(6, 4))
+    figure, axes = plt.subplots(figsize=(6, 4.4))
     for name, colour in zip(ROOMS, ("tab:blue", "tab:orange")):
         mine = [row for row in rows if row["room"] == name]
         seconds = [row["seconds"] for row in mine]
@@ -105,7 +105,10 @@ def plot(rows, path):
     axes.set_xlabel(f"seconds, with {VERTICES} vertices")
     axes.set_ylabel("relative L2 error of the light, %")
     axes.grid(True, which="both", alpha=0.3)
-    axes.legend()
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "25" else "")
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     figure.tight_layout()
     figure.savefig(path, dpi=120)
 
