@@ -21,6 +21,10 @@ from .visibility import Shafts
 POINTS = 6  # Gauss points a direction in a cell
 CELLS = 20000  # most cells of one surface
 FIRST = {True: (1, 1), False: (2, 4)}  # cells a surface starts with: planes, spheres
+SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
+GAIN = 1.0  # how much better four children may be trusted to be than their difference from their parent
+ROUNDING = 1e-15
+BESIDE = 1e-12  # of the scene's size: a point no higher over a plane does not see it
 PAIRS = 1 << 18  # (point, target) pairs at once
 
 
@@ -68,7 +72,7 @@ def _closed_pairs(scene, rows, columns, factors, error, counts):
     """Fill in the pairs of aligned rectangles; -> (n, n) bool, which entries are done."""
     done = np.zeros(factors.shape, bool)
     i, j = (a.ravel() for a in np.meshgrid(rows, columns, indexing="ij"))
-    value, known = aligned_rectangles([scene.surfaces[k] for k in range(len(scene))], i, j)
+    value, known = aligned_rectangles(scene.surfaces, i, j)
     factors[i[known], j[known]] = value[known]
     error[i[known], j[known]] = 1e-15
     done[i[known], j[known]] = True
@@ -105,11 +109,6 @@ def _row(scene, shafts, row, targets, hidden, rtol, counts):
             return total, wrong + ROUNDING
         bad = np.repeat(bad, 4)
         corner, value = child[bad], finer[bad]
-
-
-SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
-GAIN = 1.0  # how much better four children may be trusted to be than their difference from their parent
-ROUNDING = 1e-15
 
 
 def _cells(scene, shafts, surface, corner, size, targets, hidden, counts):
@@ -173,6 +172,3 @@ def _from_points(scene, shafts, points, normals, targets, hidden, kind, counts):
             )
         out[a, b] = value
     return out
-
-
-BESIDE = 1e-12  # of the scene's size: a point no higher over a plane does not see it

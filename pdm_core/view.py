@@ -8,13 +8,12 @@ from collections import Counter
 
 import numpy as np
 
-from .closed_forms import dot, polygon_unoccluded, sphere_unoccluded
+from .closed_forms import divide, dot, polygon_unoccluded, sphere_unoccluded
 from .quadrature import gauss_legendre
 from .regions import (
     Ball,
     ball_region,
     ball_source,
-    divide,
     occluder_integral,
     polygon_region,
     sky_source,
