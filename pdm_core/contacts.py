@@ -12,9 +12,12 @@ FACING = 0.7  # least cosine between planes that have a gap between them rather 
 GAPS, EXTENT = 4.0, 0.2  # cells in a gap between planes: no larger than so many gaps or that part of the plane's radius
 
 
-def crowded(field, smallest):
-    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and `smallest` m."""
-    leaves = field.leaves
+def crowded(field, smallest, wanted):
+    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and `smallest` m.
+
+    wanted (n surfaces,): whether a surface is to be resolved at all.
+    """
+    leaves = field.leaves[wanted[field.surface[field.leaves]]]
     leaves = leaves[np.sqrt(field.sizes()[leaves]) > smallest]
     if not len(leaves):
         return leaves

@@ -21,8 +21,9 @@ class Factors:
         self.origin = np.array([s.origin for s in shapes])
         self.inverse = np.array([s.inverse for s in shapes])
         self.corners = np.array([s.origin + np.zeros((4, 3)) if isinstance(s, Sphere) else s.corners for s in shapes])
-        self.front = np.array([np.zeros(3) if isinstance(x.shape, Sphere) else x.sign * x.shape.normal
-                               for x in scene.surfaces])
+        self.front = np.array(
+            [np.zeros(3) if isinstance(x.shape, Sphere) else x.sign * x.shape.normal for x in scene.surfaces]
+        )
 
     def facing(self, points, normals, surface, source):
         """Pairs (m,): points, lifted off planes that their spheres touch, and whether they are before the source."""
@@ -73,9 +74,7 @@ class Factors:
         open_air = np.flatnonzero(~((surface >= 0) & self.is_inside[surface]))
         out = np.zeros(len(points))
         x, n, nowhere = points[open_air], normals[open_air], np.full(len(open_air), -1)
-        out[open_air] = visible_factors(
-            self.shafts.table, x, n, nowhere, None, occluders[open_air], True, self.counts
-        )
+        out[open_air] = visible_factors(self.shafts.table, x, n, nowhere, None, occluders[open_air], True, self.counts)
         return out
 
     def matrix(self, points, normals, surface, sources, background):

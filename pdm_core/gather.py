@@ -17,6 +17,7 @@ VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
 RECEIVERS = 1024  # in a block of rows
 PAIRS = 2048  # of points and source planes whose cells are sorted out at once
 LINKS = 8192  # pairs whose form factors are computed between two signs of life
+AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
 ENTRIES = 1 << 21  # of a dense block of rows
 _GAUSS = gauss_legendre(3)[0]
@@ -58,6 +59,39 @@ class _Pairs:
     surface: np.ndarray
     source: np.ndarray
     occluders: np.ndarray
+
+
+class Rows:
+    """A dense matrix grown by blocks of rows, each as wide as there were columns when it was made, never copied."""
+
+    def __init__(self, blocks=()):
+        self.blocks, self.count = list(blocks), sum(len(b) for b in blocks)
+
+    def __len__(self):
+        return self.count
+
+    def copy(self):
+        """The same rows, to be appended to apart."""
+        return Rows(self.blocks)
+
+    def append(self, block):
+        self.blocks.append(block)
+        self.count += len(block)
+
+    def times(self, value, columns=None):
+        """value (n columns, c) -> (n rows, c); columns: ascending, those that value stands for, if not all."""
+        out = np.zeros((self.count, value.shape[1]))
+        start = 0
+        for block in self.blocks:
+            width, part = block.shape[1], slice(start, start + len(block))
+            if columns is None:
+                out[part] = block @ value[:width]
+            else:
+                some = columns[: np.searchsorted(columns, width)]
+                picked = block if len(some) == width else block[:, some]
+                out[part] = picked @ value[: len(some)]
+            start = part.stop
+        return out
 
 
 class Gather:
@@ -159,8 +193,10 @@ class Gather:
         g = half / distance
         area = np.linalg.norm(np.cross(u, v), axis=1)
         cosine = np.clip((middle + reach) / distance, 0, 1)
-        factor = np.minimum(1.0, area * cosine * np.minimum(pairs.height[cells.receiver] / distance + g * 0.5, 1)
-                            / (np.pi * distance2))
+        factor = np.minimum(
+            1.0, area * cosine * np.minimum(pairs.height[cells.receiver] / distance + g * 0.5, 1) / (np.pi * distance2)
+        )
+        factor[g > AT_HAND] = 0.5  # a long cell that the point is next to: half of all light, however small its area
         leaf = self.field.child[cells.owner] < 0
         error = np.where(leaf, 0.0, detail.below[cells.owner])
         error = factor * (error + np.minimum(1.0, g**4) * detail.variation[cells.owner] * cells.width)

@@ -9,34 +9,60 @@ from .visibility import Shafts
 
 @dataclass
 class Plan:
-    """lines: what is needed and what is left out, with the reason; str() prints it. counts: the numbers in it."""
+    """lines: what is needed and what is left out, with the reason; str() prints it. counts: the numbers in it.
+
+    reached (n surfaces,): whether light may come to a surface at all.
+    """
 
     lines: list = field(default_factory=list)
     counts: dict = field(default_factory=dict)
+    reached: np.ndarray = field(default=None, repr=False)
 
     def __str__(self):
         return "\n".join(self.lines)
 
 
-def plan(scene):
-    """scene -> Plan"""
+def plan(scene, shafts=None):
+    """scene -> Plan; shafts: the scene's Shafts if they are there already"""
+    shafts = Shafts(scene) if shafts is None else shafts
     lights = int((scene.emission > 0).any(axis=1).sum())
     black = int((scene.reflectance == 0).all(axis=1).sum())
-    shafts = Shafts(scene)
-    pairs, free = 0, 0
+    reached = reached_by_light(scene, shafts)
+    pairs, free, apart = 0, 0, 0
     everyone = np.arange(len(scene))
     for a in everyone:  # one row of pairs at a time bounds the memory
         hidden = shafts.may_hide(np.full(len(scene), a), everyone).any(axis=1)
-        pairs, free = pairs + len(scene), free + int((~hidden).sum())
-    result = Plan()
+        sees = shafts.may_see(a)
+        pairs, free, apart = pairs + len(scene), free + int((sees & ~hidden).sum()), apart + int((~sees).sum())
+    result = Plan(reached=reached)
     say = result.lines.append
     say(f"{len(scene)} surfaces on {len(scene.shapes)} shapes, {lights} of them lights")
     if black:
         say(f"{black} surfaces send nothing on: they are black")
     if not lights and not (scene.background > 0).any():
         say("nothing shines: all is dark, no work")
+    elif not reached.all():
+        say(f"{(~reached).sum()} surfaces left out: no light reaches them")
     if not (scene.background > 0).any():
         say("no background light: directions that leave the scene are left out")
+    say(f"{apart} of {pairs} pairs of surfaces left out: they face away from each other")
     say(f"{free} of {pairs} pairs of surfaces can be hidden by nothing: no visibility work there")
-    result.counts = {"surfaces": len(scene), "lights": lights, "black": black, "pairs": pairs, "free pairs": free}
+    result.counts = {
+        "surfaces": len(scene), "lights": lights, "black": black, "dark": int((~reached).sum()),
+        "pairs": pairs, "apart": apart, "free pairs": free,
+    }  # fmt: skip
     return result
+
+
+def reached_by_light(scene, shafts):
+    """(n surfaces,) False where no light can come, directly or over other surfaces, whatever the visibility between."""
+    if (scene.background > 0).any():
+        return np.ones(len(scene), bool)
+    reached = np.zeros(len(scene), bool)
+    sending, asked = (scene.emission > 0).any(axis=1), np.zeros(len(scene), bool)
+    while len(new := np.flatnonzero(sending & ~asked)):
+        for a in new:  # a row at a time bounds the memory
+            reached |= shafts.may_see(a)
+        asked[new] = True
+        sending |= reached & (scene.reflectance > 0).any(axis=1)
+    return reached

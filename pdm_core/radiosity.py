@@ -14,9 +14,9 @@ from .contacts import crowded
 from .direct import Factors
 from .error_estimates import leaf_errors, sample_points, spread
 from .field import DEEPEST, Field
-from .gather import Detail, Gather
+from .gather import Detail, Gather, Rows
 from .krylov import gmres
-from .plan import plan
+from .plan import plan, reached_by_light
 from .received import Received
 from .scene import Scene, SceneError
 from .visibility import Shafts
@@ -24,8 +24,8 @@ from .visibility import Shafts
 Progress = namedtuple("Progress", "fraction error seconds")
 
 COARSEST = 0.08  # relative error aimed at by the first round
-STEP = 8.0  # each further round aims at most this much lower
-LINK_SHARE = 0.05  # tolerance of one link, of the round's target
+STEP = 4.0  # each further round aims at most this much lower
+LINK_SHARE = 0.2  # tolerance of one link, of the round's target
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
 CONTACT_SHARE = 0.3  # cells near contacts are no smaller than a square whose whole light is this part of the target
@@ -86,19 +86,22 @@ class _State:
 
     def __init__(self, scene):
         self.scene, self.started = scene, time.perf_counter()
-        self.plan, self.counts, self.warnings = plan(scene), Counter(), []
+        self.counts, self.warnings = Counter(), []
         self.factors = Factors(scene, Shafts(scene), self.counts)
+        self.plan = plan(scene, self.factors.shafts)
+        self.reached = self.plan.reached
+        self.area = scene.areas[self.reached].sum() or scene.areas.sum()  # m^2, of what light may come to
         self.field = Field(scene)  # where indirect light is gathered
         self.sent = Field(scene)  # finer: what the surfaces send on, direct light with its shadows included
         self.lights = np.flatnonzero((scene.emission > 0).any(axis=1))
-        self.reflectors = np.flatnonzero((scene.reflectance > 0).any(axis=1))
+        self.reflectors = np.flatnonzero((scene.reflectance > 0).any(axis=1) & self.reached)
         self.background = bool((scene.background > 0).any())
         self.light = np.concatenate([scene.emission[self.lights], scene.background[None]])
         self.added = np.zeros((len(scene), 3))  # emission of surfaces that became lights by relighting
         self.error, self.error_parts, self.history = float("inf"), {}, []
         self.fractions = np.zeros((0, len(self.lights) + 1))
         self.indirect = np.zeros((len(self.field.keys), 3))
-        self.rows = np.zeros((0, 0))
+        self.rows = Rows()
         self.optimism = 1.0  # error measured by residuals, of the error the surpluses promise
         self.exact, self.remembered = {}, {}
 
@@ -170,8 +173,8 @@ class _State:
 
     def light_up(self, target):
         """Refine where shapes touch, and `sent` until direct light is sent on well enough; yields now and then."""
-        smallest = CONTACT_SHARE * target * np.sqrt(self.scene.areas.sum())
-        while len(cells := crowded(self.field, smallest)):
+        smallest = CONTACT_SHARE * target * np.sqrt(self.area)
+        while len(cells := crowded(self.field, smallest, self.reached)):
             self.split(cells)
             yield
         while True:
@@ -190,7 +193,7 @@ class _State:
         leaves = f.leaves
         self.norm = float(np.sqrt((value[f.nodes[leaves]].mean(axis=1) * f.sizes()[leaves]).sum()))
         self.scale = self.norm / max(1.0, CANCEL * self.gain())  # what local errors are to be small against
-        self.level = self.scale / np.sqrt(self.scene.areas.sum())
+        self.level = self.scale / np.sqrt(self.area)
 
     def detail(self):
         """How the sources vary, for the choice of links."""
@@ -214,29 +217,34 @@ class _State:
     def extend(self):
         """Rows for the nodes that have none; yields now and then."""
         f, old = self.field, len(self.rows)
-        rows = np.zeros((len(f.keys), len(self.sent.keys)))
-        rows[:old, : self.rows.shape[1]] = self.rows
-        if len(self.reflectors) and self.norm > 0:
-            gather = Gather(self.sent, self.factors, self.reflectors)
-            own = f.node_surface[old:]
+        new = np.arange(old, len(f.keys))
+        needed = self.reached[f.node_surface[new]] & bool(len(self.reflectors) and self.norm > 0)
+        rows = self.rows.copy()
+        gather = Gather(self.sent, self.factors, self.reflectors)
+        # runs of nodes that light reaches, and of those that it does not
+        for run in np.split(new, np.flatnonzero(np.diff(needed)) + 1) if len(new) else []:
+            if not needed[run[0] - old]:
+                rows.append(np.zeros((len(run), 0)))
+                continue
+            own = f.node_surface[run]
             tolerance = self.tolerance(own, self.link_tolerance)
-            for block in gather.blocks(f.points[old:], f.normals[old:], own, self.detail(), tolerance):
+            for block in gather.blocks(f.points[run], f.normals[run], own, self.detail(), tolerance):
                 if block:
-                    rows[old:][block[0]] = block[1]
+                    rows.append(block[1])
                 yield
-            self.counts["links"] += gather.links
+        self.counts["links"] += gather.links
         self.rows = rows
 
     # -- solving -------------------------------------------------------------------------------------------------
 
     def scatter(self, value):
         """A rho value, (n nodes, 3)"""
-        return self.rows @ (self.scene.reflectance[self.sent.node_surface] * self.spread(value))
+        return self.rows.times(self.scene.reflectance[self.sent.node_surface] * self.spread(value))
 
     def solve(self, tolerance):
         """I = A rho (D + I) + A added, from the guess at hand."""
         own = self.sent.node_surface
-        right = self.rows @ (self.scene.reflectance[own] * self.lit + self.added[own])
+        right = self.rows.times(self.scene.reflectance[own] * self.lit + self.added[own])
         self.indirect, steps, self.solver_error = gmres(self.scatter, right, self.indirect, tolerance, MAX_KRYLOV)
         # of the solution's size, which the rooms' gain has made larger than the right side
         self.solver_error *= np.linalg.norm(right) / max(np.linalg.norm(self.indirect), 1e-300)
@@ -251,9 +259,9 @@ class _State:
         for start in range(0, len(self.reflectors), 16):  # dense products of this width beat copying the columns
             group = self.reflectors[start : start + 16]
             nodes = np.flatnonzero(np.isin(own, group))
-            columns = self.rows if len(nodes) == len(own) else self.rows[:, nodes]
             part = (own[nodes, None] == group)[..., None] * value[nodes, None]
-            out[:, start : start + 16] = (columns @ part.reshape(len(nodes), -1)).reshape(len(out), len(group), 4)
+            received = self.rows.times(part.reshape(len(nodes), -1), nodes)
+            out[:, start : start + 16] = received.reshape(len(out), len(group), 4)
         return out[..., :3], out[..., 3]
 
     def divide(self, target):
@@ -266,7 +274,7 @@ class _State:
         self.leaf_error, self.received = np.zeros(len(f.level)), []
         for s in range(len(self.scene)):
             nodes = f.node_surface == s
-            share = max(self.scene.areas[s] / self.scene.areas.sum(), 0.5 / len(self.scene))
+            share = max(self.scene.areas[s] / self.area, 0.5 / len(self.scene))
             allowed = EXACT_SHARE * target * self.scale * np.sqrt(share)
             part = Received(f, s, received[nodes], factors[nodes], self.reflectors)
             part.choose(rho[s], allowed, self.exact.get(s, lights), s in self.exact)
@@ -364,7 +372,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
     state, best = _State(scene), None
     state.grow(state.sent.leaves[:0])
     for target in _ladder(target_error):
-        state.rows = np.zeros((0, 0))
+        state.rows = Rows()
         for _ in state.light_up(target):
             yield Progress(_fraction(state, target_error), state.error, state.elapsed())
         state.link_tolerance = LINK_SHARE * target * state.level
@@ -375,9 +383,15 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
                     return _finish(best, state, target_error)
             if state.checked:
                 best = Solution(state)
-            done = state.checked and state.error <= target
-            if done or (best and _late(state, time_limit)) or not state.refine(target):
+            if (state.checked and state.error <= target) or (best and _late(state, time_limit)):
                 break
+            if state.refine(target):
+                continue
+            if not state.checked:  # nothing left to split although little was promised: measure what it is
+                for _ in state.check():
+                    yield Progress(_fraction(state, target_error), state.error, state.elapsed())
+                best = Solution(state)
+            break
         if state.error <= target_error or _late(state, time_limit):
             break
     return _finish(best, state, target_error)
@@ -448,7 +462,11 @@ def _relit(old, scene):
     )
     if not same:
         raise SceneError("relight needs the same shapes and sides in the same order; solve the new scene instead")
-    new = np.setdiff1d(np.flatnonzero((scene.reflectance > 0).any(axis=1)), old.reflectors)
+    lit = reached_by_light(scene, old.factors.shafts) & ~old.reached
+    if lit.any():
+        name = scene.surfaces[np.flatnonzero(lit)[0]].name
+        raise SceneError(f"relight: light now comes to surface {name!r}, where there was none; solve again")
+    new = np.setdiff1d(np.flatnonzero((scene.reflectance > 0).any(axis=1) & old.reached), old.reflectors)
     if len(new) or ((scene.background > 0).any() and not old.background):
         raise SceneError("relight: a surface that was black or a background that was dark now sends light; solve again")
     state = copy.copy(old)

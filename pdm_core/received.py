@@ -27,8 +27,9 @@ class Received:
         nodes = np.flatnonzero(field.node_surface == surface)
         self.local[nodes] = np.arange(len(nodes))
         self.received, self.factors = received, factors
-        self.means = self._fill(np.divide(received, factors[..., None], out=np.zeros_like(received),
-                                          where=factors[..., None] > 0))
+        self.means = self._fill(
+            np.divide(received, factors[..., None], out=np.zeros_like(received), where=factors[..., None] > 0)
+        )
 
     def _fill(self, means):
         """Means where nothing of the source is seen: those of the cells around, else of the whole surface."""
@@ -74,9 +75,10 @@ class Received:
                 break
             count += 1
         self.exact, others = order[:count], order[count:]
-        self.values = np.concatenate([
-            self.received[:, others].sum(axis=1), self.means[:, self.exact].reshape(len(self.means), 3 * count)
-        ], axis=1)
+        self.values = np.concatenate(
+            [self.received[:, others].sum(axis=1), self.means[:, self.exact].reshape(len(self.means), 3 * count)],
+            axis=1,
+        )
         lumped = (lump[:, :, others].sum(axis=2) ** 2).sum(axis=2)
         each = (split[:, :, self.exact] ** 2).sum(axis=(2, 3))
         surplus = np.zeros(len(f.level))

@@ -22,6 +22,7 @@ class Shafts:
         self.low, self.high = self._heights()
         self.shape = scene.shape_of
         self.sign = np.array([s.sign for s in scene.surfaces])
+        self.inside = np.array([s.is_inside for s in scene.surfaces])
         # a plane with the whole scene on one side, a wall, comes between nothing
         wall = (self.low >= -self.eps).all(axis=1) | (self.high <= self.eps).all(axis=1)
         self.obstacle = ~(self.is_plane & wall)
@@ -54,6 +55,13 @@ class Shafts:
             part &= ~self.is_plane | ((low < -self.eps) & (high > self.eps))
             keep[known] = part & self._near_axis(sa, sb)
         return keep
+
+    def may_see(self, a):
+        """Surface a (an index) -> (n surfaces,) False where neither sees the other: one is behind the other's plane."""
+        everyone = np.arange(len(self.shape))
+        ahead = self._not_behind(np.array([a]))[0, self.shape] & self._not_behind(everyone)[:, self.shape[a]]
+        other = self.shape != self.shape[a]
+        return ahead & (other | ((everyone == a) & self.inside[a]))
 
     def _not_behind(self, surface):
         """False where the shape lies wholly behind the surface, a plane."""

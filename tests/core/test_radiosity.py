@@ -95,6 +95,20 @@ def test_relight_agrees_with_a_new_solution():
         old.relight(Scene(box(rho, lamp)))
 
 
+def test_relight_refuses_light_where_there_was_none():
+    wall, shelf = Plane((0, -3, -3), (0, 6, 0), (0, 0, 6)), Plane((-2, -1, 0), (1, 0, 0), (0, 2, 0))
+    lamp = Sphere.at((2, 0, -2), 0.5)  # before the wall, below the shelf behind it
+
+    def scene(glow):
+        sides = [Surface(wall, 0.5), Surface(wall, 0.5, side="back", name="rear")]
+        return Scene([*sides, Surface(lamp, 0.0, 1.0), Surface(shelf, 0.3, glow)])
+
+    old = solve(scene(0.0), 1e-2)
+    assert old.plan.counts["dark"] == 2 and (old.radiance(1, points_on(wall, 9, np.random.default_rng(0))) == 0).all()
+    with pytest.raises(SceneError, match="rear"):
+        old.relight(scene(1.0))
+
+
 def test_progress_and_cancel():
     scene = Scene(box(0.5, [0, 1, 0, 0, 0, 0]))
     steps = solve_steps(scene, 1e-2)
@@ -117,7 +131,8 @@ def test_bad_target(bad):
 def test_convex_room_needs_no_visibility():
     solution = solve(Scene(box(0.5, [0, 1, 0, 0, 0, 0])), 1e-2)
     assert solution.counts.get("exact", 0) == 0 and solution.counts.get("sampled", 0) == 0
-    assert solution.plan.counts["free pairs"] == solution.plan.counts["pairs"]
+    counts = solution.plan.counts
+    assert counts["apart"] == 6 and counts["free pairs"] == counts["pairs"] - 6  # a wall does not see itself
 
 
 @pytest.mark.parametrize("name", ["seed_room", "cornell_spheres"])
