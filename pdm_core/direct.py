@@ -79,14 +79,20 @@ class Factors:
 
     def matrix(self, points, normals, surface, sources, background):
         """Factors (m, len(sources) + 1); the last column is the background's, 0 unless wanted."""
-        out = np.zeros((len(points), len(sources) + 1))
-        step = max(1, PAIRS // max(1, len(sources)))
-        for start in range(0, len(points), step):
-            part = slice(start, start + step)
-            count = len(points[part])
-            r, s = np.repeat(np.arange(count), len(sources)), np.tile(sources, count)
-            x, n, own = points[part], normals[part], surface[part]
-            out[part, :-1] = self.pairs(x[r], n[r], own[r], s).reshape(count, len(sources))
+        return self.lists(points, normals, surface, [np.arange(len(points))], [sources], background)[0]
+
+    def lists(self, points, normals, surface, parts, sources, background):
+        """For each of the parts, indices of points, its own sources: a list of matrices; many small parts cost little."""
+        out = [np.zeros((len(part), len(wanted) + 1)) for part, wanted in zip(parts, sources)]
+        r = np.concatenate([np.repeat(part, len(wanted)) for part, wanted in zip(parts, sources)])
+        s = np.concatenate([np.tile(wanted, len(part)) for part, wanted in zip(parts, sources)]).astype(int)
+        value = np.empty(len(r))
+        for start in range(0, len(r), PAIRS):
+            k = slice(start, start + PAIRS)
+            value[k] = self.pairs(points[r[k]], normals[r[k]], surface[r[k]], s[k])
+        ends = np.cumsum([len(part) * len(wanted) for part, wanted in zip(parts, sources)])
+        for rows, part, some in zip(out, parts, np.split(value, ends[:-1])):
+            rows[:, :-1] = some.reshape(len(part), -1)
             if background:
-                out[part, -1] = self.escaping(x, n, own)
+                rows[:, -1] = self.escaping(points[part], normals[part], surface[part])
         return out

@@ -19,7 +19,8 @@ PAIRS = 2048  # of points and source planes whose cells are sorted out at once
 LINKS = 8192  # pairs whose form factors are computed between two signs of life
 AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
-ENTRIES = 1 << 21  # of a dense block of rows
+FACTORS = 1 << 14  # of whole surfaces in a block of rows: few large calls, but signs of life between
+ENTRIES = 1 << 20  # of a dense block of rows
 _GAUSS = gauss_legendre(3)[0]
 _CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
 _CHILDREN = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
@@ -111,20 +112,32 @@ class Gather:
 
         tolerance (m,): of one link, in detail's units.
         """
-        count = len(self.field.keys)
-        step = int(np.clip(ENTRIES // max(count, 1), 16, RECEIVERS))
+        step = int(np.clip(FACTORS // max(len(self.flat) + len(self.balls) + len(self.rooms), 1), 16, RECEIVERS))
         for start in range(0, len(points), step):
             part = slice(start, start + step)
-            x, n, own, tol = points[part], normals[part], surface[part], tolerance[part]
-            rows = np.zeros(len(x) * count)
-            for entry in self._entries(x, n, own, detail, tol):
+            entries = []
+            for entry in self._entries(points[part], normals[part], surface[part], detail, tolerance[part]):
                 yield None
-                if entry is None:
-                    continue
-                receiver, node, weight = entry
-                flat = (receiver[:, None] * count + node).ravel()
-                rows += np.bincount(flat, weight.ravel(), minlength=len(rows))
-            yield part, rows.reshape(len(x), count)
+                if entry is not None:
+                    entries.append(entry)
+            for some, rows in self._dense(entries, len(points[part])):
+                yield slice(start + some.start, start + some.stop), rows
+
+    def _dense(self, entries, receivers):
+        """Entries (receiver (k,), nodes (k, j), weights (k, j)) -> slices of the receivers and their dense rows."""
+        count = len(self.field.keys)
+        each = [node.shape[1] // 9 for _, node, _ in entries]
+        receiver = np.concatenate([np.zeros(0, int), *(np.repeat(e[0], k) for e, k in zip(entries, each))])
+        node = np.concatenate([np.zeros((0, 9), int), *(e[1].reshape(-1, 9) for e in entries)])
+        weight = np.concatenate([np.zeros((0, 9)), *(e[2].reshape(-1, 9) for e in entries)])
+        order = np.argsort(receiver, kind="stable")
+        step = max(1, ENTRIES // max(count, 1))
+        ends = np.searchsorted(receiver[order], np.arange(0, receivers + step, step))
+        for start, low, high in zip(range(0, receivers, step), ends[:-1], ends[1:]):
+            size, pick = min(step, receivers - start), order[low:high]
+            flat = (receiver[pick, None] - start) * count + node[pick]
+            rows = np.bincount(flat.ravel(), weight[pick].ravel(), minlength=size * count)
+            yield slice(start, start + size), rows.reshape(size, count)
 
     def _entries(self, x, n, own, detail, tol):
         if len(self.flat):

@@ -63,7 +63,7 @@ class Solution:
         out = np.empty((len(points), 3))
         for start in range(0, len(points), EVALUATE):
             part = slice(start, start + EVALUATE)
-            out[part] = self._state.incident(surface_index, points[part])
+            out[part] = self._state.incident(np.full(len(points[part]), surface_index), points[part])
         return np.maximum(out, 0.0)
 
     def irradiance(self, points, normals):
@@ -115,20 +115,31 @@ class _State:
             return np.zeros((len(points), 3))
         return self.factors.matrix(points, normals, surface, self.lights, self.background) @ self.light
 
-    def incident(self, index, points):
-        own, received = self.scene.surfaces[index], self.received[index]
-        on = own.shape.project(points)
-        sources = self.reflectors[received.exact]
-        wanted = np.union1d(self.lights, sources)
-        key = index, hash(points.tobytes())
+    def incident(self, surface, points):
+        """points (n, 3) m near surfaces (n,) -> irradiance / pi (n, 3); direct light and the leading sources exact."""
+        on, x, normals = np.empty((3, *points.shape))
+        present = np.unique(surface)
+        parts = [np.flatnonzero(surface == s) for s in present]
+        sources = [self.reflectors[self.received[s].exact] for s in present]
+        wanted = [np.union1d(self.lights, exact) for exact in sources]
+        for s, part in zip(present, parts):
+            own = self.scene.surfaces[s]
+            on[part] = own.shape.project(points[part])
+            normals[part], x[part] = own.normals(on[part]), self.field.inset(s, on[part])
+        factors = self._factors(x, normals, surface, parts, wanted)
+        out = np.empty((len(points), 3))
+        for s, part, needed, exact, factor in zip(present, parts, wanted, sources, factors):
+            lights = np.append(np.searchsorted(needed, self.lights), -1)
+            out[part] = factor[:, lights] @ self.light
+            out[part] += self.received[s].at(on[part], factor[:, np.searchsorted(needed, exact)])
+        return out
+
+    def _factors(self, x, normals, surface, parts, wanted):
+        """Factors of the wanted sources, and the background's last, at parts of the points; kept for relighting."""
+        key = hash(x.tobytes()), tuple(surface[part[0]] for part in parts)
         if key not in self.remembered:
-            x = self.field.inset(index, on)
-            self.remembered[key] = self.factors.matrix(
-                x, own.normals(on), np.full(len(x), index), wanted, self.background
-            )
-        factors = self.remembered[key]
-        lights = np.append(np.searchsorted(wanted, self.lights), -1)
-        return factors[:, lights] @ self.light + received.at(on, factors[:, np.searchsorted(wanted, sources)])
+            self.remembered[key] = self.factors.lists(x, normals, surface, parts, wanted, self.background)
+        return self.remembered[key]
 
     def gathered(self, points, normals, surface, tolerance):
         """Yield (slice, indirect irradiance / pi (k, 3)) at points."""
@@ -291,16 +302,14 @@ class _State:
             self.error, self.error_parts = 0.0, {}
         else:
             surface, points, normals, weight = sample_points(self.field, self.leaf_error, SAMPLES)
-            fine, here = np.empty((len(points), 3)), np.empty((len(points), 3))
+            fine = np.empty((len(points), 3))
             for block in self.gathered(points, normals, surface, self.link_tolerance * FINER):
                 if block:
                     fine[block[0]] = block[1]
                 yield
             fine += self.direct(points, normals, surface)
-            for s in np.unique(surface):
-                here[surface == s] = self.incident(s, points[surface == s])
+            residual = self.scene.reflectance[surface] * (fine - self.incident(surface, points))
             self.remembered.clear()
-            residual = self.scene.reflectance[surface] * (fine - here)
             rms, mean = spread(residual, weight)
             self.error_parts = {
                 "discretisation": rms / self.norm,
