@@ -29,7 +29,7 @@ IN_PLANE = 1e-9  # height over a polygon, relative to its size, at which it is s
 BATCH = 32768  # pairs whose candidates are sifted at once
 GROUP = 8192  # (pair, region) entries in one contour integral
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
-FEW = 256  # rows that are not worth several groups: the calls cost more than the padding
+FEW = 512  # rows worth a group of their own: below, the calls cost more than the padding
 SAMPLES = 24  # Gauss points a direction of the sampled fallback
 
 
@@ -286,23 +286,25 @@ def _overlapping(table, x, pair, occluder):
 def _groups(table, m, row, occluder):
     """Rows with their occluders (entries sorted by row) in groups of like numbers: (rows, slots (rows, k) padded)."""
     balls = table.is_ball[occluder]
-    number = [np.bincount(row[kind], minlength=m) for kind in (~balls, balls)]
-    # beyond four rounded up, so that groups stay large
-    size = [np.where(c > 4, 2 ** np.ceil(np.log2(np.maximum(c, 1))).astype(int), c) for c in number]
-    key = size[0] * 4096 + size[1]
-    if np.count_nonzero(key) <= FEW:
-        key[key > 0] = size[0].max(initial=0) * 4096 + size[1].max(initial=0)
+    number = np.stack([np.bincount(row[kind], minlength=m) for kind in (~balls, balls)])
     slots = []
     for kind, width in zip((~balls, balls), number):
         r, o = row[kind], occluder[kind]
         slot = np.full((m, max(width.max(initial=0), 1)), -1)
         slot[r, np.arange(len(r)) - np.searchsorted(r, np.arange(m))[r]] = o
         slots.append(slot)
-    for value in np.unique(key[key > 0]):
-        rows = np.nonzero(key == value)[0]
-        a, b = divmod(int(value), 4096)
+    order = np.lexsort(number)  # by balls, then by planes
+    order = order[number[:, order].any(axis=0)]
+    start = 0
+    while start < len(order):
+        # rows alike, and as many more as it takes to be worth the calls
+        alike = (number[:, order[start:]] == number[:, order[start], None]).all(axis=0)
+        count = max(len(alike) if alike.all() else int(np.argmin(alike)), FEW)
+        rows = order[start : start + count]
+        a, b = number[:, rows].max(axis=1)
         for group in _parts(rows, max(GROUP // (1 + a + b), 64)):
             yield group, np.concatenate([slots[0][group, :a], slots[1][group, :b]], axis=1)
+        start += count
 
 
 def _regions(table, x, corners, slots):
