@@ -82,7 +82,7 @@ class Factors:
         return self.lists(points, normals, surface, [np.arange(len(points))], [sources], background)[0]
 
     def lists(self, points, normals, surface, parts, sources, background):
-        """For each of the parts, indices of points, its own sources: a list of matrices; many small parts cost little."""
+        """For each of the parts, indices of points, its own sources -> a list of matrices; small parts cost little."""
         out = [np.zeros((len(part), len(wanted) + 1)) for part, wanted in zip(parts, sources)]
         r = np.concatenate([np.repeat(part, len(wanted)) for part, wanted in zip(parts, sources)])
         s = np.concatenate([np.tile(wanted, len(part)) for part, wanted in zip(parts, sources)]).astype(int)

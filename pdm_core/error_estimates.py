@@ -21,22 +21,26 @@ def decay(field, cells, size):
     return np.clip(ratio, SMOOTH, ROUGH)
 
 
-def sample_points(field, leaf_error, count):
+def sample_points(field, leaf_error, reached, count):
     """Random points for the residual: surface (k,), points, normals (k, 3) and weights (k,) m^2 of an unbiased mean.
 
-    Half are spread over the area, half where the error is expected; the seed is fixed so that runs repeat.
+    A third is spread over the area, a third where the error is expected and a third evenly over the surfaces, lest
+    one point of a small surface should stand for more than that; only where light comes to (reached, per surface).
+    The seed is fixed so that runs repeat.
     """
     rng = np.random.default_rng(20)
-    leaves = field.leaves
-    area, error = field.sizes()[leaves], leaf_error[leaves] ** 2
-    share = area / area.sum()
+    leaves = field.leaves[reached[field.surface[field.leaves]]]
+    area, error, own = field.sizes()[leaves], leaf_error[leaves] ** 2, field.surface[leaves]
+    total = np.bincount(own, area, len(reached))
+    share = area / area.sum() + area / total[own] / reached.sum()
     if error.sum() > 0:
-        share = (share + error / error.sum()) / 2
+        share += error / error.sum()
+    share /= share.sum()
     edges = np.cumsum(share)
     pick = np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count * edges[-1])
     pick = np.minimum(pick, len(leaves) - 1)
     points, normals = field.place(leaves[pick], rng.random((count, 2)))
-    return field.surface[leaves[pick]], points, normals, area[pick] / (share[pick] * count)
+    return own[pick], points, normals, area[pick] / (share[pick] * count)
 
 
 def spread(residual, weight):

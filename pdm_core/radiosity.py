@@ -23,12 +23,12 @@ from .visibility import Shafts
 
 Progress = namedtuple("Progress", "fraction error seconds")
 
-COARSEST = 0.08  # relative error aimed at by the first round
+COARSEST = 0.16  # relative error aimed at by the first round
 STEP = 4.0  # each further round aims at most this much lower
 LINK_SHARE = 0.2  # tolerance of one link, of the round's target
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
-CONTACT_SHARE = 0.3  # cells near contacts are no smaller than a square whose whole light is this part of the target
+CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 REFINE_TO = 0.25  # a refinement leaves this part of the target in the leaves not split
 MAX_ROUNDS = 8  # refinements towards one target
@@ -36,7 +36,7 @@ MAX_NODES = 9000  # a dense operator of 650 MB
 MAX_KRYLOV = 60
 SAMPLES = 96  # points where the residual is measured each round
 FINER = 0.25  # tolerance of their links, of the round's
-SAFETY = 3.0  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
+SAFETY = 2.0  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 EVALUATE = 1 << 13  # points evaluated at once
 
@@ -102,6 +102,7 @@ class _State:
         self.fractions = np.zeros((0, len(self.lights) + 1))
         self.indirect = np.zeros((len(self.field.keys), 3))
         self.rows = Rows()
+        self.link_target = None
         self.optimism = 1.0  # error measured by residuals, of the error the surpluses promise
         self.exact, self.remembered = {}, {}
 
@@ -182,15 +183,15 @@ class _State:
         f = self.sent
         self.placed = self.field.locate(f.node_surface, f.local(f.node_surface, f.points))
 
-    def light_up(self, target):
-        """Refine where shapes touch, and `sent` until direct light is sent on well enough; yields now and then."""
+    def light_up(self, target, final):
+        """Refine where shapes touch, and `sent` until direct light is sent on well enough for `final`; yields."""
         smallest = CONTACT_SHARE * target * np.sqrt(self.area)
         while len(cells := crowded(self.field, smallest, self.reached)):
             self.split(cells)
             yield
         while True:
             error = leaf_errors(self.sent, self.scene.reflectance[self.sent.node_surface] * self.lit)
-            cells = _worst(self.sent, error, SENT_SHARE * target * self.scale)
+            cells = _worst(self.sent, error, SENT_SHARE * final * self.scale)
             if not len(cells) or len(self.sent.keys) + 16 * len(cells) > MAX_NODES:
                 return
             self.grow(cells)
@@ -301,7 +302,7 @@ class _State:
         if self.norm == 0 or not len(self.reflectors):
             self.error, self.error_parts = 0.0, {}
         else:
-            surface, points, normals, weight = sample_points(self.field, self.leaf_error, SAMPLES)
+            surface, points, normals, weight = sample_points(self.field, self.leaf_error, self.reached, SAMPLES)
             fine = np.empty((len(points), 3))
             for block in self.gathered(points, normals, surface, self.link_tolerance * FINER):
                 if block:
@@ -380,11 +381,12 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
     _check(scene, target_error, time_limit)
     state, best = _State(scene), None
     state.grow(state.sent.leaves[:0])
-    for target in _ladder(target_error):
-        state.rows = Rows()
-        for _ in state.light_up(target):
+    for target, final in _ladder(target_error):
+        for _ in state.light_up(target, final):
             yield Progress(_fraction(state, target_error), state.error, state.elapsed())
-        state.link_tolerance = LINK_SHARE * target * state.level
+        if final != state.link_target:
+            state.rows, state.link_target = Rows(), final
+            state.link_tolerance = LINK_SHARE * final * state.level
         for turn in range(MAX_ROUNDS):
             for _ in _round(state, target, turn == MAX_ROUNDS - 1):
                 yield Progress(_fraction(state, target_error), state.error, state.elapsed())
@@ -428,9 +430,10 @@ def _check(scene, target_error, time_limit):
 
 
 def _ladder(target_error):
-    """Targets of the rounds: coarse ones first, so that there is always something to deliver."""
+    """Targets of the rounds, coarse ones first so that there is always something to deliver, and of their links: two
+    rounds share them, so that the rows of the first serve the second."""
     steps = max(1, int(np.ceil(np.log(COARSEST / target_error) / np.log(STEP) - 0.01)))
-    return [target_error * STEP**k for k in range(steps, -1, -1)]
+    return [(target_error * STEP**k, target_error * STEP ** (k - k % 2)) for k in range(steps, -1, -1)]
 
 
 def _late(state, time_limit):
