@@ -9,16 +9,18 @@ from .scene import Sphere
 
 ACROSS = 1.0  # a cell's size, of the distance at which the gap around it has opened by its curvature
 FACING = 0.7  # least cosine between planes that have a gap between them rather than a corner
+FLAT = 0.2
 GAPS, EXTENT = 4.0, 0.2  # cells in a gap between planes: no larger than so many gaps or that part of the plane's radius
 
 
 def crowded(field, smallest, wanted):
-    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and `smallest` m.
+    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and `smallest` m,
+    or FLAT of it in gaps between planes: those are as large as the planes, contacts of spheres are points.
 
     wanted (n surfaces,): whether a surface is to be resolved at all.
     """
     leaves = field.leaves[wanted[field.surface[field.leaves]]]
-    leaves = leaves[np.sqrt(field.sizes()[leaves]) > smallest]
+    leaves = leaves[np.sqrt(field.sizes()[leaves]) > FLAT * smallest]
     if not len(leaves):
         return leaves
     points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
@@ -32,12 +34,14 @@ def crowded(field, smallest, wanted):
         if isinstance(shape, Sphere):
             reach2 = np.einsum("ni,ni->n", shape.local(points[near]), shape.local(points[near]))
             scale = shape.semi_axes[2] * np.sqrt(np.maximum(reach2 - 1, 0.0))  # tangent from the point: sqrt(d^2 - r^2)
+            scale = np.maximum(scale, smallest)
         else:
             gap = np.linalg.norm(points[near] - shape.project(points[near]), axis=1)
             round_ = field.is_sphere[field.surface[leaves[near]]]
             curved = np.array([s.bounds[1] for s in field.scene.shapes])[own[near]]
             flat = _flat_gap(field, leaves[near], points[near], size[near], shape)
-            scale = np.where(round_, np.sqrt(gap * (gap + 2 * curved)), flat)
+            curved = np.sqrt(gap * (gap + 2 * curved))
+            scale = np.where(round_, np.maximum(curved, smallest), np.maximum(flat, FLAT * smallest))
         split[near] |= size[near] > ACROSS * scale
     return leaves[split]
 

@@ -82,7 +82,7 @@ class Rows:
     def times(self, value, columns=None):
         """value (n columns, c) -> (n rows, c); columns: ascending, those that value stands for, if not all."""
         out = np.zeros((self.count, value.shape[1]))
-        start = 0
+        value, start = value.astype(np.float32), 0
         for block in self.blocks:
             width, part = block.shape[1], slice(start, start + len(block))
             if columns is None:
@@ -137,7 +137,7 @@ class Gather:
             size, pick = min(step, receivers - start), order[low:high]
             flat = (receiver[pick, None] - start) * count + node[pick]
             rows = np.bincount(flat.ravel(), weight[pick].ravel(), minlength=size * count)
-            yield slice(start, start + size), rows.reshape(size, count)
+            yield slice(start, start + size), rows.astype(np.float32).reshape(size, count)
 
     def _entries(self, x, n, own, detail, tol):
         if len(self.flat):

@@ -30,11 +30,14 @@ EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sou
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
 CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
-REFINE_TO = 0.25  # a refinement leaves this part of the target in the leaves not split
+REFINE_TO = 0.36  # a refinement leaves this part of the target in the leaves not split
 MAX_ROUNDS = 8  # refinements towards one target
-MAX_NODES = 9000  # a dense operator of 650 MB
+MAX_NODES = 12000  # a dense operator of 580 MB
 MAX_KRYLOV = 60
-SAMPLES = 96  # points where the residual is measured each round
+SAMPLES = 128  # points where the residual is measured each round
+SEED = 20  # of the samples: runs repeat
+LOOKS = 4  # sets of samples at most, where the error found hangs on one point,
+LONE = 0.3  # by this part of its square
 FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 2.0  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
@@ -297,12 +300,14 @@ class _State:
 
     # -- error ---------------------------------------------------------------------------------------------------
 
-    def check(self):
+    def check(self, target):
         """Relative error of L_h, in named parts, from the residual at random points."""
-        if self.norm == 0 or not len(self.reflectors):
-            self.error, self.error_parts = 0.0, {}
-        else:
-            surface, points, normals, weight = sample_points(self.field, self.leaf_error, self.reached, SAMPLES)
+        self.error, self.error_parts = 0.0, {}
+        looks = []
+        while self.norm > 0 and len(self.reflectors) and len(looks) < LOOKS:
+            surface, points, normals, weight = sample_points(
+                self.field, self.leaf_error, self.reached, SAMPLES, SEED + len(looks)
+            )
             fine = np.empty((len(points), 3))
             for block in self.gathered(points, normals, surface, self.link_tolerance * FINER):
                 if block:
@@ -311,7 +316,10 @@ class _State:
             fine += self.direct(points, normals, surface)
             residual = self.scene.reflectance[surface] * (fine - self.incident(surface, points))
             self.remembered.clear()
-            rms, mean = spread(residual, weight)
+            looks.append((residual, weight, surface, points))
+            rms, mean, greatest = spread(
+                np.concatenate([look[0] for look in looks]), np.concatenate([look[1] for look in looks]) / len(looks)
+            )
             self.error_parts = {
                 "discretisation": rms / self.norm,
                 "gather": self.gain() * mean / self.norm,
@@ -319,7 +327,11 @@ class _State:
                 "solver": self.gain() * self.solver_error,
             }
             self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.error_parts.values())))
+            if self.error <= target or greatest < LONE:
+                break
+        if looks:
             self.optimism = float(np.clip(rms / self.norm / max(self.promised, 1e-300), 0.5, 2.0))
+        for residual, _, surface, points in looks:
             self.learn(surface, points, residual)
         self.history.append((self.elapsed(), self.error))
 
@@ -339,11 +351,13 @@ class _State:
         cells = _worst(f, self.optimism * self.leaf_error, REFINE_TO * target * self.scale)
         if not len(cells):
             return False
-        if len(f.keys) + 16 * len(cells) > MAX_NODES:
+        room = (MAX_NODES - len(self.sent.keys)) // 16
+        if room < len(cells):
             self.warnings.append("the field is as fine as the memory allows")
-            return False
-        self.split(cells)
-        return True
+            cells = cells[max(len(cells) - room, 0) :]  # the worst come last
+        if room > 0:
+            self.split(cells)
+        return room > 0
 
     def split(self, cells):
         """Split these leaves of the field, and those of `sent` that would be coarser."""
@@ -399,7 +413,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
             if state.refine(target):
                 continue
             if not state.checked:  # nothing left to split although little was promised: measure what it is
-                for _ in state.check():
+                for _ in state.check(target):
                     yield Progress(_fraction(state, target_error), state.error, state.elapsed())
                 best = Solution(state)
             break
@@ -464,7 +478,7 @@ def _round(state, target, last):
     promised = SAFETY * state.optimism * state.promised * state.norm / max(state.scale, 1e-300)
     state.checked = last or promised <= target or len(state.rows) > MAX_NODES / 2
     if state.checked:
-        yield from state.check()
+        yield from state.check(target)
 
 
 def _relit(old, scene):
