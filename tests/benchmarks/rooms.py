@@ -7,20 +7,14 @@ carry noise of .13 and .09 %. Times are the wall time of solve() and of evaluati
 """
 
 import json
-import os
-import platform
 import sys
 import time
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
+import numpy as np
+from output import REFERENCE, ROOT, machine, save
 
-import numpy as np  # noqa: E402
+from pdm_core import Plane, Scene, Sphere, Surface, solve
 
-from pdm_core import Plane, Scene, Sphere, Surface, solve  # noqa: E402
-
-REFERENCE = ROOT.parent / "shared" / "reference"
 ROOMS = ("seed_room", "cornell_spheres")
 TARGETS = (0.04, 0.02, 0.01, 0.005)
 VERTICES = 8000
@@ -125,9 +119,7 @@ def main(output, picture=None):
                 f"{row['seconds']:7.2f} s ({row['cpu_seconds']:.2f} s CPU), {row['vertices']} vertices",
                 flush=True,
             )
-    about = {"python": platform.python_version(), "numpy": np.__version__, "cores": os.cpu_count()}
-    Path(output).parent.mkdir(parents=True, exist_ok=True)
-    Path(output).write_text(json.dumps({"about": about, "rows": rows}, indent=1) + "\n")
+    save(output, {"about": machine(), "rows": rows})
     if picture:
         plot(rows, picture)
 
