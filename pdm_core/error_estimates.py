@@ -1,9 +1,12 @@
 """How far the solution is from the truth: surpluses of the field, residuals where nothing was enforced."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 DECAY = 0.35  # a leaf's own error, of the surplus its nodes showed, where nothing is known of its parent's
 SMOOTH, ROUGH = 0.125, 0.6  # bounds of that ratio, observed from parent to child: smooth fields 1/8, kinks 1/2
+LONE = 0.3  # part of the square of the error found that one point may make
 SOURCE = 0.15  # weight of a leaf's direct light as a source of indirect light elsewhere
 
 
@@ -43,8 +46,27 @@ def sample_points(field, leaf_error, reached, count, seed):
     return own[pick], points, normals, area[pick] / (share[pick] * count)
 
 
-def spread(residual, weight):
-    """residual (k, 3), weight (k,) m^2 -> L2 norm over the surfaces, that of the mean, the greatest point's share."""
-    part = weight * (residual**2).sum(axis=1)
-    mean = np.linalg.norm((weight[:, None] * residual).sum(axis=0)) / np.sqrt(weight.sum())
-    return float(np.sqrt(part.sum())), float(mean), float(part.max() / max(part.sum(), 1e-300))
+@dataclass
+class Look:
+    """Geometry of k random points: surface (k,), points (k, 3), weight (k,) m^2 of an unbiased mean, finer rows of
+    the indirect operator, fractions (k, lights + 1) of direct light."""
+
+    surface: np.ndarray
+    points: np.ndarray
+    weight: np.ndarray
+    rows: object
+    fractions: np.ndarray
+
+
+class Residual:
+    """What several looks found, value (k, 3): its L2 norm over the surfaces, and that of its mean."""
+
+    def __init__(self, looks, value):
+        self.value = value
+        self.surface = np.concatenate([look.surface for look in looks])
+        self.points = np.concatenate([look.points for look in looks])
+        weight = np.concatenate([look.weight for look in looks]) / len(looks)
+        part = weight * (value**2).sum(axis=1)
+        self.rms = float(np.sqrt(part.sum()))
+        self.mean = float(np.linalg.norm(weight @ value) / np.sqrt(weight.sum()))
+        self.hangs_on_one = part.max() > LONE * part.sum()

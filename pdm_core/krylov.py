@@ -6,7 +6,7 @@ import numpy as np
 def gmres(apply, right, guess, tolerance, most):
     """Solve x - apply(x) = right for (n, c) at once, each column for itself (Saad and Schultz 1986).
 
-    Returns x, the steps taken and the greatest relative residual reached.
+    A generator with a sign of life a step; returns x, the steps taken and the greatest relative residual reached.
     """
     residual = right - guess + apply(guess)
     size = np.maximum(np.linalg.norm(right, axis=0), 1e-300)
@@ -23,6 +23,7 @@ def gmres(apply, right, guess, tolerance, most):
         columns.append(column)
         basis.append(v / np.where(column[-1] > 1e-300, column[-1], 1.0))
         weights, left = _least_squares(columns, beta)
+        yield
     x = guess + sum((w * b for w, b in zip(weights, basis)), np.zeros_like(guess))
     return x, len(columns), float((left / size).max())
 

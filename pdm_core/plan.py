@@ -4,7 +4,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .scene import Plane, Sphere
 from .visibility import Shafts
+
+FIRST = {Plane: 25, Sphere: 26}  # nodes a surface starts with
+MAX_NODES = 12000  # all pairs of nodes in single precision: 580 MB
+PROPORTIONAL = 1e-12  # relative difference of channels that counts as none
 
 
 @dataclass
@@ -34,6 +39,7 @@ def plan(scene, shafts=None):
         hidden = shafts.may_hide(np.full(len(scene), a), everyone).any(axis=1)
         sees = shafts.may_see(a)
         pairs, free, apart = pairs + len(scene), free + int((sees & ~hidden).sum()), apart + int((~sees).sum())
+    nodes = sum(FIRST[type(surface.shape)] for surface in scene.surfaces)
     result = Plan(reached=reached)
     say = result.lines.append
     say(f"{len(scene)} surfaces on {len(scene.shapes)} shapes, {lights} of them lights")
@@ -43,13 +49,19 @@ def plan(scene, shafts=None):
         say("nothing shines: all is dark, no work")
     elif not reached.all():
         say(f"{(~reached).sum()} surfaces left out: no light reaches them")
+    channels = len(proportional_channels(scene)[0])
+    if channels < 3:
+        say(f"{channels} of 3 colour channels solved: the others are multiples")
+    if not (scene.reflectance[reached] > 0).any():
+        say("no indirect light: all that light reaches is black")
     if not (scene.background > 0).any():
         say("no background light: directions that leave the scene are left out")
     say(f"{apart} of {pairs} pairs of surfaces left out: they face away from each other")
     say(f"{free} of {pairs} pairs of surfaces can be hidden by nothing: no visibility work there")
+    say(f"{nodes} nodes at first, at most {MAX_NODES}: {4e-6 * MAX_NODES**2:.0f} MB for the light between them")
     result.counts = {
         "surfaces": len(scene), "lights": lights, "black": black, "dark": int((~reached).sum()),
-        "pairs": pairs, "apart": apart, "free pairs": free,
+        "channels": channels, "nodes": nodes, "pairs": pairs, "apart": apart, "free pairs": free,
     }  # fmt: skip
     return result
 
@@ -66,3 +78,23 @@ def reached_by_light(scene, shafts):
         asked[new] = True
         sending |= reached & (scene.reflectance > 0).any(axis=1)
     return reached
+
+
+def proportional_channels(scene):
+    """Channels to solve for, indices (c,), and what makes all three of them, (c, 3): others are their multiples.
+
+    Channel b is one of a where every reflectance is the same in both and all light of b is k times that of a.
+    """
+    light = np.concatenate([scene.emission, scene.background[None]])
+    which, made = [], np.zeros((3, 3))
+    for b in range(3):
+        for a in which:
+            k = light[:, b].sum() / max(light[:, a].sum(), 1e-300)
+            same = (scene.reflectance[:, a] == scene.reflectance[:, b]).all()
+            if same and np.allclose(light[:, b], k * light[:, a], rtol=PROPORTIONAL, atol=0):
+                made[a, b] = k
+                break
+        else:
+            which.append(b)
+            made[b, b] = 1.0
+    return np.array(which), made[which]

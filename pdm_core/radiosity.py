@@ -6,17 +6,17 @@ gather. Rounds tighten the tolerance, refine the field where the estimated error
 
 import copy
 import time
-from collections import Counter, namedtuple
+from collections import Counter, deque, namedtuple
 
 import numpy as np
 
 from .contacts import crowded
 from .direct import Factors
-from .error_estimates import leaf_errors, sample_points, spread
+from .error_estimates import Look, Residual, leaf_errors, sample_points
 from .field import DEEPEST, Field
 from .gather import Detail, Gather, Rows
 from .krylov import gmres
-from .plan import plan, reached_by_light
+from .plan import MAX_NODES, plan, proportional_channels, reached_by_light
 from .received import Received
 from .scene import Scene, SceneError
 from .visibility import Shafts
@@ -32,12 +32,10 @@ CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose wh
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 REFINE_TO = 0.42  # a refinement leaves this part of the target in the leaves not split
 MAX_ROUNDS = 8  # refinements towards one target
-MAX_NODES = 12000  # a dense operator of 580 MB
 MAX_KRYLOV = 60
 SAMPLES = 128  # points where the residual is measured each round
 SEED = 20  # of the samples: runs repeat
-LOOKS = 4  # sets of samples at most, where the error found hangs on one point,
-LONE = 0.3  # by this part of its square
+LOOKS = 4  # sets of samples at most, where the error found hangs on one point
 FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 2.0  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
@@ -92,6 +90,11 @@ class _State:
         self.counts, self.warnings = Counter(), []
         self.factors = Factors(scene, Shafts(scene), self.counts)
         self.plan = plan(scene, self.factors.shafts)
+        if self.plan.counts["nodes"] > MAX_NODES:
+            raise SceneError(
+                f"{len(scene)} surfaces start with {self.plan.counts['nodes']} nodes; the memory is for {MAX_NODES}: "
+                "bake fewer objects at once"
+            )
         self.reached = self.plan.reached
         self.area = scene.areas[self.reached].sum() or scene.areas.sum()  # m^2, of what light may come to
         self.field = Field(scene)  # where indirect light is gathered
@@ -107,7 +110,7 @@ class _State:
         self.rows = Rows()
         self.link_target = None
         self.optimism = 1.0  # error measured by residuals, of the error the surpluses promise
-        self.exact, self.remembered = {}, {}
+        self.exact, self.remembered, self.looks = {}, {}, []
 
     def elapsed(self):
         return time.perf_counter() - self.started
@@ -252,17 +255,20 @@ class _State:
 
     # -- solving -------------------------------------------------------------------------------------------------
 
-    def scatter(self, value):
-        """A rho value, (n nodes, 3)"""
-        return self.rows.times(self.scene.reflectance[self.sent.node_surface] * self.spread(value))
-
     def solve(self, tolerance):
-        """I = A rho (D + I) + A added, from the guess at hand."""
+        """I = A rho (D + I) + A added, from the guess at hand; for one of each set of proportional channels; yields."""
         own = self.sent.node_surface
-        right = self.rows.times(self.scene.reflectance[own] * self.lit + self.added[own])
-        self.indirect, steps, self.solver_error = gmres(self.scatter, right, self.indirect, tolerance, MAX_KRYLOV)
+        which, channels = proportional_channels(self.scene)
+        rho = self.scene.reflectance[own][:, which]
+
+        def scatter(value):
+            return self.rows.times(rho * self.spread(value))
+
+        right = self.rows.times(rho * self.lit[:, which] + self.added[own][:, which])
+        value, steps, left = yield from gmres(scatter, right, self.indirect[:, which], tolerance, MAX_KRYLOV)
         # of the solution's size, which the rooms' gain has made larger than the right side
-        self.solver_error *= np.linalg.norm(right) / max(np.linalg.norm(self.indirect), 1e-300)
+        self.solver_error = left * np.linalg.norm(right) / max(np.linalg.norm(value), 1e-300)
+        self.indirect = value @ channels
         self.counts["iterations"] += steps
         self.measure()
 
@@ -280,7 +286,7 @@ class _State:
         return out[..., :3], out[..., 3]
 
     def divide(self, target):
-        """Received light of every surface split by source; estimates of what interpolation costs."""
+        """Received light of every surface split by source; estimates of what interpolation costs; yields."""
         f, value = self.field, self.radiosity()
         received, factors = self.by_source(value)
         lights = np.flatnonzero(np.isin(self.reflectors, self.lights))
@@ -295,51 +301,61 @@ class _State:
             part.choose(rho[s], allowed, self.exact.get(s, lights), s in self.exact)
             self.leaf_error[part.leaves] = part.leaf_error
             self.received.append(part.conform())
+            yield
         self.promised = np.sqrt((self.leaf_error[f.leaves] ** 2).sum()) / max(self.norm, 1e-300)
         self.sent_error /= max(self.norm, 1e-300)
 
     # -- error ---------------------------------------------------------------------------------------------------
 
     def check(self, target):
-        """Relative error of L_h, in named parts, from the residual at random points."""
-        self.error, self.error_parts = 0.0, {}
-        looks = []
-        while self.norm > 0 and len(self.reflectors) and len(looks) < LOOKS:
-            surface, points, normals, weight = sample_points(
-                self.field, self.leaf_error, self.reached, SAMPLES, SEED + len(looks)
-            )
-            fine = np.empty((len(points), 3))
-            for block in self.gathered(points, normals, surface, self.link_tolerance * FINER):
-                if block:
-                    fine[block[0]] = block[1]
-                yield
-            fine += self.direct(points, normals, surface)
-            residual = self.scene.reflectance[surface] * (fine - self.incident(surface, points))
-            self.remembered.clear()
-            looks.append((residual, weight, surface, points))
-            rms, mean, greatest = spread(
-                np.concatenate([look[0] for look in looks]), np.concatenate([look[1] for look in looks]) / len(looks)
-            )
-            self.error_parts = {
-                "discretisation": rms / self.norm,
-                "gather": self.gain() * mean / self.norm,
-                "sent": self.sent_error * self.norm / self.scale,
-                "solver": self.gain() * self.solver_error,
-            }
-            self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.error_parts.values())))
-            if self.error <= target or greatest < LONE:
+        """Relative error of L_h, in named parts, from the residual at random points; yields."""
+        self.looks, self.remembered = [], {}
+        while self.norm > 0 and len(self.reflectors) and len(self.looks) < LOOKS:
+            yield from self.look(SEED + len(self.looks))
+            residual = self.judge()
+            if self.error <= target or not residual.hangs_on_one:
                 break
-        if looks:
-            self.optimism = float(np.clip(rms / self.norm / max(self.promised, 1e-300), 0.5, 2.0))
-        for residual, _, surface, points in looks:
-            self.learn(surface, points, residual)
+        if not self.looks:
+            self.error, self.error_parts = 0.0, {}
+        else:
+            self.optimism = float(np.clip(residual.rms / self.norm / max(self.promised, 1e-300), 0.5, 2.0))
+            self.learn(residual)
         self.history.append((self.elapsed(), self.error))
 
-    def learn(self, surface, points, residual):
+    def look(self, seed):
+        """Geometry of random points whose residual tells the error: finer rows, and factors of the lights; yields."""
+        surface, points, normals, weight = sample_points(self.field, self.leaf_error, self.reached, SAMPLES, seed)
+        gather, rows = Gather(self.sent, self.factors, self.reflectors), Rows()
+        tolerance = self.tolerance(surface, self.link_tolerance * FINER)
+        for block in gather.blocks(points, normals, surface, self.detail(), tolerance):
+            if block:
+                rows.append(block[1])
+            yield
+        fractions = self.factors.matrix(points, normals, surface, self.lights, self.background)
+        self.looks.append(Look(surface, points, weight, rows, fractions))
+
+    def judge(self):
+        """Error and its parts from the points looked at -> Residual."""
+        value, parts = self.radiosity(), []
+        for look in self.looks:
+            fine = look.rows.times(value) + look.fractions @ self.light
+            here = self.incident(look.surface, look.points)
+            parts.append(self.scene.reflectance[look.surface] * (fine - here))
+        residual = Residual(self.looks, np.concatenate(parts))
+        self.error_parts = {
+            "discretisation": residual.rms / self.norm,
+            "gather": self.gain() * residual.mean / self.norm,
+            "sent": self.sent_error * self.norm / self.scale,
+            "solver": self.gain() * self.solver_error,
+        }
+        self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.error_parts.values())))
+        return residual
+
+    def learn(self, residual):
         """Leaves whose residual is larger than their surplus promised, and their siblings, are to be refined."""
         f = self.field
-        cells = f.locate(surface, f.local(surface, points))[0]
-        found = np.linalg.norm(residual, axis=1)
+        cells = f.locate(residual.surface, f.local(residual.surface, residual.points))[0]
+        found = np.linalg.norm(residual.value, axis=1)
         child = f.child[f.parent[cells]]
         family = np.where((f.parent[cells] >= 0)[:, None], child[:, None] + np.arange(4), cells[:, None])
         error = found[:, None] * np.sqrt(f.sizes()[family]) * (f.child[family] < 0)
@@ -471,10 +487,8 @@ def _finish(solution, state, target_error):
 def _round(state, target, last):
     """Rows at new nodes, the solve, and where the surpluses promise enough, the check; yields now and then."""
     yield from state.extend()
-    state.solve(SOLVER_SHARE * target)
-    yield
-    state.divide(target)
-    yield
+    yield from state.solve(SOLVER_SHARE * target)
+    yield from state.divide(target)
     promised = SAFETY * state.optimism * state.promised * state.norm / max(state.scale, 1e-300)
     state.checked = last or promised <= target or len(state.rows) > MAX_NODES / 2
     if state.checked:
@@ -503,7 +517,9 @@ def _relit(old, scene):
     state.added[old.lights] = 0.0
     state.exact = {s: part.exact for s, part in enumerate(old.received)}
     state.lit = state.fractions @ state.light
-    state.solve(1e-2 * max(old.error, 1e-6))
-    state.divide(old.error)
-    state.error = old.error * max(1.0, state.promised / max(old.promised, 1e-300))
+    deque(state.solve(1e-2 * max(old.error, 1e-6)), maxlen=0)
+    deque(state.divide(old.error), maxlen=0)
+    if state.looks:
+        state.judge()
+    state.history.append((state.elapsed(), state.error))
     return Solution(state)

@@ -28,6 +28,7 @@ TOUCHING = 1e-6
 IN_PLANE = 1e-9  # height over a polygon, relative to its size, at which it is seen edge-on: a point by a wall is not
 BATCH = 32768  # pairs whose candidates are sifted at once
 GROUP = 8192  # (pair, region) entries in one contour integral
+OVERLAPS = 1 << 18  # pairs of occluders compared at once
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
 FEW = 512  # rows worth a group of their own: below, the calls cost more than the padding
 SAMPLES = 24  # Gauss points a direction of the sampled fallback
@@ -272,15 +273,25 @@ def _against_dome(table, dome, ball_of=None, polygon_of=None):
 
 def _overlapping(table, x, pair, occluder):
     """Entries (pair, occluder), sorted by pair, that overlap another of the same pair: indices (entry, other entry)."""
-    first = np.searchsorted(pair, pair)
-    count = np.bincount(pair, minlength=x.shape[1])[pair]
-    e = np.repeat(np.arange(len(pair)), count)
-    other = first[e] + np.arange(len(e)) - np.repeat(np.cumsum(count) - count, count)
-    apart = _cones_apart(
-        table, x[:, pair[e]], occluder[e], table.origin[:, occluder[other]], table.bound[occluder[other]]
-    )
-    keep = (e != other) & ~apart
-    return e[keep], other[keep]
+    d, r = table.origin[:, occluder] - x[:, pair], table.bound[occluder]
+    length = np.sqrt(dot(d, d))
+    axis, sin = divide(d, length), np.minimum(divide(r, length), 1.0)
+    cos = np.where(length > r, np.sqrt(1 - sin * sin), -1.0)  # from within everything overlaps
+    follow = np.searchsorted(pair, pair, side="right") - np.arange(len(pair)) - 1
+    ends, found = np.cumsum(follow), []
+    for start in range(0, int(follow.sum()), OVERLAPS):
+        at = np.arange(start, min(start + OVERLAPS, ends[-1]))
+        e = np.searchsorted(ends, at, side="right")
+        other = e + 1 + at - (ends[e] - follow[e])
+        apart = dot(axis[:, e], axis[:, other]) < cos[e] * cos[other] - sin[e] * sin[other] - 1e-9
+        keep = ~apart | (cos[e] < 0) | (cos[other] < 0)
+        found.append((e[keep], other[keep]))
+    if not found:
+        return np.zeros(0, int), np.zeros(0, int)
+    e, other = (np.concatenate(part) for part in zip(*found))
+    e, other = np.concatenate([e, other]), np.concatenate([other, e])
+    order = np.argsort(e, kind="stable")
+    return e[order], other[order]
 
 
 def _groups(table, m, row, occluder):
