@@ -9,6 +9,7 @@ import numpy as np
 
 from ..pdm_core import solve_steps
 from .bake_points import bake_points
+from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .read_scene import read_scene
 from .report import bake_report
@@ -16,6 +17,7 @@ from .report import bake_report
 Stage = namedtuple("Stage", "text fraction error")  # error: the current estimated relative error
 
 FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
+LEAST_SECONDS = 1e-3  # of solving, where reading used the time limit up
 CHUNK_SECONDS = 0.08  # a window stays usable when each takes about this long, and larger chunks gain little
 
 
@@ -25,7 +27,7 @@ class BakeSettings:
 
     objects: str | tuple = "ALL"
     target_error: float = 1e-2
-    time_limit: float = 0.0  # s of solving, 0 none
+    time_limit: float = 0.0  # s of reading and solving, 0 none
     attribute: str = "Radiosity"
     quantity: str = "RADIANCE"
     domain: str = "AUTO"
@@ -46,15 +48,20 @@ def bake_steps(context, settings):
         targets = _targets(reading, settings)
         points = [bake_points(target, settings.domain) for target in targets]
     with _timed(seconds, "solve"):
-        solution = yield from _solve(reading.scene, settings)
+        solution = yield from _solve(reading.scene, settings, seconds["read"])
     with _timed(seconds, "evaluate"):
-        values = yield from _evaluate(solution, points, settings)
+        field = solution.radiance if settings.quantity == "RADIANCE" else solution.incident
+        values = yield from _evaluate(solution, field, points)
+    with _timed(seconds, "check"):
+        steps = between_steps(solution, field, targets, points, values)
+        between = yield from _staged(steps, lambda done: Stage("Checking between vertices", done, solution.error))
     with _timed(seconds, "write"):
         items = [
-            Colours(target.name, p.domain, p.colours(v)) for target, p, v in zip(targets, points, values, strict=True)
+            Colours(target.name, p.domain, p.colours(v * 2.0**settings.exposure))
+            for target, p, v in zip(targets, points, values, strict=True)
         ]
         write_colours(items, settings.attribute, settings.data_type)
-    return bake_report(context, settings, reading, solution, items, seconds)
+    return bake_report(context, settings, reading, solution, between, items, seconds)
 
 
 def run(steps, progress=None):
@@ -88,19 +95,25 @@ def _targets(reading, settings):
     return targets
 
 
-def _solve(scene, settings):
-    steps = solve_steps(scene, settings.target_error, settings.time_limit or None)
+def _solve(scene, settings, spent):
+    """spent: seconds of the time limit that reading took."""
+    limit = max(settings.time_limit - spent, LEAST_SECONDS) if settings.time_limit else None
+    steps = solve_steps(scene, settings.target_error, limit)
+    return (yield from _staged(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
+
+
+def _staged(steps, stage):
+    """Drives a generator, yields stage(step) at each of its steps, returns what it returns."""
     while True:
         try:
-            progress = next(steps)
+            step = next(steps)
         except StopIteration as end:
             return end.value
-        yield Stage("Solving", progress.fraction, progress.error)
+        yield stage(step)
 
 
-def _evaluate(solution, points, settings):
-    """[(k, 3) float64 a bake object]: the field where each is read off, times the exposure."""
-    field = solution.radiance if settings.quantity == "RADIANCE" else solution.incident
+def _evaluate(solution, field, points):
+    """[(k, 3) float64 a bake object]: the field where each is read off."""
     total, done, chunk = sum(len(p.points) for p in points), 0, FIRST_CHUNK
     values = [np.empty((len(p.points), 3)) for p in points]
     for p, out in zip(points, values, strict=True):
@@ -114,5 +127,4 @@ def _evaluate(solution, points, settings):
                 chunk = int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, 128 * FIRST_CHUNK))
                 start = end
                 yield Stage("Evaluating vertices", done / total, solution.error)
-        out *= 2.0**settings.exposure
     return values

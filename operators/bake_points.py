@@ -32,11 +32,7 @@ class BakePoints:
 
 def bake_points(target, domain):
     """The BakePoints of `target` (a ReadObject); domain 'AUTO' is POINT where one surface covers the object."""
-    mesh = target.object.data
-    vertices = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", vertices)
-    matrix = np.array(target.matrix, np.float64)
-    world = vertices.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    mesh, world = target.object.data, world_vertices(target)
     corner_vertex = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("vertex_index", corner_vertex)
     corners = np.empty(len(mesh.polygons), np.int32)
@@ -52,3 +48,12 @@ def bake_points(target, domain):
     return BakePoints(
         domain, len(of_corner) if at_corners else len(world), world[vertex], runs, of_corner if at_corners else vertex
     )
+
+
+def world_vertices(target):
+    """(n, 3) m: the vertices of `target` (a ReadObject) in the world."""
+    mesh = target.object.data
+    vertices = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", vertices)
+    matrix = np.array(target.matrix, np.float64)
+    return vertices.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]

@@ -113,7 +113,9 @@ def _parser():
     bake.add_argument(
         "--target-error", type=_number(1e-6, 1), default=0.01, metavar="E", help="relative error, default 0.01"
     )
-    bake.add_argument("--time-limit", type=_number(0), default=0.0, metavar="S", help="seconds of solving, 0 no limit")
+    bake.add_argument(
+        "--time-limit", type=_number(0), default=0.0, metavar="S", help="seconds of reading and solving, 0 no limit"
+    )
     bake.add_argument("--attribute", default="Radiosity", metavar="NAME", help="colour attribute, default Radiosity")
     for name in ("quantity", "domain", "data_type"):
         keywords = BakeProperties.__annotations__[name].keywords

@@ -8,23 +8,26 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+MOST_NAMED = 4  # objects in one warning
 MANIFEST = Path(__file__).parents[1] / "blender_manifest.toml"
 
 
-def bake_report(context, settings, reading, solution, items, seconds):
+def bake_report(context, settings, reading, solution, between, items, seconds):
     """dict of plain JSON types (infinite and undefined numbers are None).
 
     versions {extension, blender, numpy}; file, scene; settings (those of bpy.ops.pdm.bake)
-    objects [{name, kind, label, baked, reason, domain, vertices}]: every recognised object; domain, vertices if baked
+    objects [{name, kind, label, baked, reason, domain, vertices, between}]: every recognised object; the last three
+        if baked; between: its part of between_vertices
     refused [{name, reason}], the reason goes on after the name; hidden: mesh objects that a render does not show
     warnings [text]
     vertices: how many the baked meshes have; colours: how many values were written to points or corners
     error: estimated relative error of the radiance; error_parts {name: part}; history [[seconds, error]]
-    seconds {read, solve, evaluate, write, total}; plan [text]; counts {name: number}
+    between_vertices: the same of colours interpolated between the vertices, measured at points within the faces
+    seconds {read, solve, evaluate, check, write, total}; plan [text]; counts {name: number}
     """
-    written = {item.object_name: item for item in items}
-    objects = [_object_entry(o, written.get(o.name)) for o in reading.objects]
-    warnings = list(reading.warnings) + list(solution.warnings) + _own_warnings(settings, solution, items)
+    written = {item.object_name: (item, part) for item, part in zip(items, between.parts, strict=True)}
+    objects = [_object_entry(o, *written.get(o.name, (None, 0.0))) for o in reading.objects]
+    warnings = list(reading.warnings) + list(solution.warnings) + _own_warnings(settings, between, items)
     report = {
         "versions": {"extension": version(), "blender": bpy.app.version_string, "numpy": np.__version__},
         "file": bpy.data.filepath,
@@ -37,6 +40,7 @@ def bake_report(context, settings, reading, solution, items, seconds):
         "vertices": sum(entry["vertices"] for entry in objects),
         "colours": sum(len(item.colours) for item in items),
         "error": solution.error,
+        "between_vertices": between.error,
         "error_parts": dict(solution.error_parts),
         "history": [list(entry) for entry in solution.history],
         "seconds": {**seconds, "total": sum(seconds.values())},
@@ -49,7 +53,7 @@ def bake_report(context, settings, reading, solution, items, seconds):
 def scan_result(reading):
     """What the sidebar lists before a bake: the same entries as in a report."""
     return {
-        "objects": [_object_entry(o, None) for o in reading.objects],
+        "objects": [_object_entry(o) for o in reading.objects],
         "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
         "hidden": reading.hidden,
         "warnings": list(reading.warnings),
@@ -61,7 +65,8 @@ def one_line(report):
     baked = sum(entry["baked"] for entry in report["objects"])
     text = (
         f"Baked {counted(baked, 'object')}, {counted(report['vertices'], 'vertex', 'vertices')}: "
-        f"estimated error {percent(report['error'])}, {report['seconds']['total']:.2f} s"
+        f"estimated error {percent(report['error'])}, {report['seconds']['total']:.2f} s; "
+        f"between vertices {percent(report['between_vertices'])}"
     )
     extra = [
         (len(report["refused"]), "object refused", "objects refused"),
@@ -85,7 +90,7 @@ def version():
     return tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"]
 
 
-def _object_entry(read, item):
+def _object_entry(read, item=None, between=0.0):
     return {
         "name": read.name,
         "kind": read.kind,
@@ -94,15 +99,18 @@ def _object_entry(read, item):
         "reason": read.reason,
         "domain": item.domain if item else "",
         "vertices": len(read.object.data.vertices) if item else 0,
+        "between": between,
     }
 
 
-def _own_warnings(settings, solution, items):
+def _own_warnings(settings, between, items):
     warnings = []
-    if not solution.error <= settings.target_error:
+    coarse = between.too_coarse(settings.target_error)
+    if len(coarse):
+        named = ", ".join(f"{items[k].object_name} {percent(between.parts[k])}" for k in coarse[:MOST_NAMED])
+        more = f" and {counted(len(coarse) - MOST_NAMED, 'other')}" if len(coarse) > MOST_NAMED else ""
         warnings.append(
-            f"The estimated error is {percent(solution.error)}, above the target of {percent(settings.target_error)}; "
-            "raise the time limit or the target error"
+            f"Colours between the vertices are {percent(between.error)} off ({named}{more}): subdivide these meshes"
         )
     if settings.data_type == "BYTE_COLOR":
         clipped = {item.object_name: int((item.colours[:, :3] > 1).any(axis=1).sum()) for item in items}

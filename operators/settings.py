@@ -35,7 +35,8 @@ class BakeProperties:
     time_limit: FloatProperty(
         name="Time Limit",
         description=(
-            "Seconds after which solving stops with the best result so far and its estimated error. 0 sets no limit"
+            "Seconds of reading and solving, then the best result so far is baked with its estimated error. "
+            "0 sets no limit"
         ),
         default=0.0,
         min=0.0,

@@ -50,6 +50,7 @@ class Solution:
         state.field, state.sent = copy.copy(state.field), copy.copy(state.sent)
         self.scene, self.plan, self.counts = state.scene, state.plan, dict(state.counts)
         self.error, self.error_parts = state.error, dict(state.error_parts)
+        self.norm = state.norm  # ||L - Le||, radiance times metres
         self.seconds, self.history = state.elapsed(), list(state.history)
         self.warnings = list(state.warnings)
 
@@ -480,7 +481,10 @@ def _fraction(state, target_error):
 def _finish(solution, state, target_error):
     solution.seconds = state.elapsed()
     if solution.error > target_error:
-        solution.warnings.append(f"stopped at an estimated error of {solution.error:.2g} before {target_error:.2g}")
+        solution.warnings.append(
+            f"The estimated error is {100 * solution.error:.2g} %, above the target of {100 * target_error:.2g} %; "
+            "raise the time limit or the target error"
+        )
     return solution
 
 

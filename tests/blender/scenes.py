@@ -31,16 +31,22 @@ def material(name, colour=(0.5, 0.5, 0.5), emission=None):
 
 def add(name, build, matrix=None, made_of=None):
     """A mesh object from build(bmesh)."""
-    mesh, shape = bpy.data.meshes.new(name), bmesh.new()
-    build(shape)
-    shape.to_mesh(mesh)
-    shape.free()
+    mesh = bpy.data.meshes.new(name)
     obj = bpy.data.objects.new(name, mesh)
+    rebuild(obj, build)
     obj.matrix_world = matrix or Matrix()
     if made_of:
         mesh.materials.append(made_of)
     bpy.context.collection.objects.link(obj)
     return obj
+
+
+def rebuild(obj, build):
+    """Another mesh of the same object."""
+    shape = bmesh.new()
+    build(shape)
+    shape.to_mesh(obj.data)
+    shape.free()
 
 
 def sphere(name, segments=16, rings=8, radius=1.0, matrix=None, made_of=None):

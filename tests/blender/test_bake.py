@@ -2,6 +2,7 @@
 
 import json
 
+import bmesh
 import bpy
 import numpy as np
 import pytest
@@ -274,11 +275,34 @@ def test_report_counts_what_was_written():
     assert all(entry["baked"] for entry in report["objects"])
     assert report["vertices"] == sum(len(obj.data.vertices) for obj in objects) == report["colours"]
     seconds = report["seconds"]
-    assert set(seconds) == {"read", "solve", "evaluate", "write", "total"}
+    assert set(seconds) == {"read", "solve", "evaluate", "check", "write", "total"}
     assert abs(sum(seconds.values()) - 2 * seconds["total"]) < 1e-9
     assert report["settings"]["target_error"] == pytest.approx(0.01)
     assert report["versions"]["blender"] == bpy.app.version_string
     assert report["history"][-1][1] == report["error"]
+
+
+def test_coarse_meshes_are_named_by_their_error_between_the_vertices():
+    """A plane of four vertices cannot show a shadow; a fine one can."""
+    floor, ball, lamp = scenes.lit_ball()
+    scenes.rebuild(floor, lambda b: bmesh.ops.create_grid(b, x_segments=1, y_segments=1, size=2))
+    scenes.rebuild(ball, lambda b: bmesh.ops.create_uvsphere(b, u_segments=96, v_segments=48, radius=1))
+    report = bake()
+    part = {entry["name"]: entry["between"] for entry in report["objects"]}
+    assert part["Floor"] > 0.1 > 0.02 > part["Ball"] and part["Lamp"] < 1e-9
+    assert sum(p**2 for p in part.values()) == pytest.approx(report["between_vertices"] ** 2)
+    named = [w for w in report["warnings"] if "between the vertices" in w]
+    assert len(named) == 1 and "Floor" in named[0] and "Lamp" not in named[0] and "subdivide" in named[0]
+    scenes.rebuild(floor, lambda b: bmesh.ops.create_grid(b, x_segments=64, y_segments=64, size=2))
+    part = {entry["name"]: entry["between"] for entry in bake()["objects"]}
+    assert part["Floor"] < 0.02
+
+
+def test_a_target_that_is_missed_is_warned_of_once():
+    scenes.lit_ball()
+    report = bake(target_error=1e-5, time_limit=0.01)
+    assert report["error"] > 1e-5
+    assert sum("above the target" in warning for warning in report["warnings"]) == 1
 
 
 def test_scan_lists_what_the_bake_will_take():
