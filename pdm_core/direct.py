@@ -62,7 +62,7 @@ class Factors:
     def _visible(self, points, normals, surface, source, corners=None, sky=False):
         if not len(points):
             return np.zeros(0)
-        occluders = self.shafts.for_pairs(surface, source)
+        occluders = self.shafts.for_pairs(points, surface, source)
         shape = self.shafts.shape[source]
         return visible_factors(self.shafts.table, points, normals, shape, corners, occluders, sky, self.counts)
 

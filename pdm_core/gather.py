@@ -155,7 +155,7 @@ class Gather:
         height = np.einsum("ni,ni->n", lifted - self.factors.origin[s], self.factors.front[s])
         r, s, lifted, height = r[ahead], s[ahead], lifted[ahead], height[ahead]
         # receivers of the frontier are (point, source plane) pairs: a lifted point belongs to one plane only
-        pairs = _Pairs(lifted, n[r], height, tol[r], own[r], s, self.factors.shafts.for_pairs(own[r], s))
+        pairs = _Pairs(lifted, n[r], height, tol[r], own[r], s, self.factors.shafts.for_pairs(lifted, own[r], s))
         links = []
         for start in range(0, len(r), PAIRS):
             chunk = np.arange(start, min(start + PAIRS, len(r)))
@@ -323,7 +323,7 @@ class Gather:
             surface = np.full(len(x), s)
             factor = self.factors.pairs(x, n, own, surface)
             lit = np.flatnonzero(factor > 0)
-            occluders = self.factors.shafts.for_pairs(own[lit], surface[lit])
+            occluders = self.factors.shafts.for_pairs(x[lit], own[lit], surface[lit])
             error = factor[lit].max(initial=0) * detail.surface[s] / max(tol.min(initial=1), 1e-300)
             rings, turns = ((2, 8), (4, 16), (8, 32))[int(np.searchsorted((10, 100), error))]
             for part in _parts(np.arange(len(lit)), 65536 // (rings * turns)):

@@ -279,10 +279,11 @@ def _overlapping(table, x, pair, occluder):
     cos = np.where(length > r, np.sqrt(1 - sin * sin), -1.0)  # from within everything overlaps
     follow = np.searchsorted(pair, pair, side="right") - np.arange(len(pair)) - 1
     ends, found = np.cumsum(follow), []
-    for start in range(0, int(follow.sum()), OVERLAPS):
-        at = np.arange(start, min(start + OVERLAPS, ends[-1]))
-        e = np.searchsorted(ends, at, side="right")
-        other = e + 1 + at - (ends[e] - follow[e])
+    cuts = np.unique(np.searchsorted(ends, np.arange(0, follow.sum(), OVERLAPS)))
+    for low, high in zip(cuts, np.append(cuts[1:], len(pair))):
+        some = follow[low:high]
+        e = low + np.repeat(np.arange(high - low), some)
+        other = e + 1 + np.arange(len(e)) - np.repeat(np.cumsum(some) - some, some)
         apart = dot(axis[:, e], axis[:, other]) < cos[e] * cos[other] - sin[e] * sin[other] - 1e-9
         keep = ~apart | (cos[e] < 0) | (cos[other] < 0)
         found.append((e[keep], other[keep]))

@@ -6,6 +6,8 @@ from .scene import Sphere
 from .view import TOUCHING, ShapeTable, segment_blocked
 
 BESIDE = TOUCHING  # of the scene's size: what reaches no further over a plane counts as not crossing it
+STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
+NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
 ENTRIES = 1 << 21  # (pair, shape) entries tested at once
 
 
@@ -39,11 +41,16 @@ class Shafts:
         middle -= np.einsum("pi,pi->p", self.normal, self.centre)[:, None]
         return middle - reach, middle + reach
 
-    def may_hide(self, a, b):
-        """Surfaces a, b (p,); a may be -1, a point anywhere -> (p, shapes) bool."""
+    def may_hide(self, a, b, around=None):
+        """Surfaces a, b (p,); a may be -1, a point anywhere -> (p, shapes) bool.
+
+        around: centres (p, 3) and radii (p,) m of spheres that hold the part of a in question, if not all of it.
+        """
         sb = self.shape[b]
         keep = self._not_behind(b)
         keep[np.arange(len(b)), sb] = False
+        if around is not None:
+            keep &= self._near_axis(*around, sb)
         known = np.flatnonzero(a >= 0)
         if len(known):
             sa, sb = self.shape[a[known]], sb[known]
@@ -53,7 +60,7 @@ class Shafts:
             low = np.minimum(self.low[:, sa], self.low[:, sb]).T
             high = np.maximum(self.high[:, sa], self.high[:, sb]).T
             part &= ~self.is_plane | ((low < -self.eps) & (high > self.eps))
-            keep[known] = part & self._near_axis(sa, sb)
+            keep[known] = part if around is not None else part & self._near_axis(self.centre[sa], self.radius[sa], sb)
         return keep
 
     def may_see(self, a):
@@ -69,25 +76,28 @@ class Shafts:
         ahead = np.maximum(sign * self.low[shape], sign * self.high[shape]) > self.eps
         return ahead | ~self.is_plane[shape][:, None]
 
-    def _near_axis(self, sa, sb):
-        """False where the shape's bounding sphere misses the capsule around both bounding spheres."""
-        a, axis = self.centre[sa], self.centre[sb] - self.centre[sa]
-        length2 = np.einsum("pi,pi->p", axis, axis)[:, None]
-        offset = self.centre[None] - a[:, None]
-        along = np.einsum("pki,pi->pk", offset, axis)
-        t = np.clip(np.divide(along, length2, out=np.zeros_like(along), where=length2 > 0), 0.0, 1.0)
-        distance = np.linalg.norm(offset - t[:, :, None] * axis[:, None], axis=2)
-        wide = np.maximum(self.radius[sa], self.radius[sb])[:, None]
-        return distance < self.radius + wide + self.eps
+    def _near_axis(self, centre, radius, sb):
+        """False where the shape's bounding sphere misses the hull of spheres (p, 3), (p,) and those around sb (p,)."""
+        axis, wider = self.centre[sb] - centre, (self.radius[sb] - radius)[:, None]
+        length = np.maximum(np.sqrt(np.einsum("pi,pi->p", axis, axis)), 1e-300)[:, None]
+        offset = self.centre[None] - centre[:, None]
+        along = np.einsum("pki,pi->pk", offset, axis) / length
+        across = np.sqrt(np.maximum(np.einsum("pki,pki->pk", offset, offset) - along**2, 0.0))
+        # where |offset - t axis| - (radius + t wider) is least: past the foot by the slope of the hull
+        slope = np.clip(wider / length, -STEEPEST, STEEPEST)
+        past = slope * across / np.sqrt(1 - slope**2)
+        t = np.clip((along + past) / length, 0.0, 1.0)
+        return np.hypot(across, along - t * length) - radius[:, None] - t * wider < self.radius + self.eps
 
-    def candidates(self, a, b):
-        """Surfaces a, b (p,) -> candidate occluders (p, width), shape indices padded with -1."""
+    def candidates(self, a, b, around=None):
+        """Surfaces a, b (p,), around as in may_hide -> candidate occluders (p, width), shape indices padded with -1."""
         if not self.obstacle.any() and (a >= 0).all():
             return np.zeros((len(a), 0), int)
         lists = []
         step = max(1, ENTRIES // len(self.radius))
         for start in range(0, len(a), step):
-            keep = self.may_hide(a[start : start + step], b[start : start + step])
+            part = slice(start, start + step)
+            keep = self.may_hide(a[part], b[part], around and [value[part] for value in around])
             width = keep.sum(axis=1).max(initial=0)
             order = np.argsort(~keep, axis=1, kind="stable")[:, :width]
             lists.append(np.where(np.take_along_axis(keep, order, 1), order, -1))
@@ -95,11 +105,23 @@ class Shafts:
         padded = [np.pad(part, ((0, 0), (0, width - part.shape[1])), constant_values=-1) for part in lists]
         return np.concatenate(padded) if padded else np.zeros((0, 0), int)
 
-    def for_pairs(self, a, b):
-        """As candidates, for many pairs that repeat few combinations of surfaces."""
-        key = (a + 1) * len(self.shape) + b
-        unique, back = np.unique(key, return_inverse=True)
-        return self.candidates(unique // len(self.shape) - 1, unique % len(self.shape))[back.reshape(-1)]
+    def for_pairs(self, points, a, b):
+        """As candidates, for many points (n, 3) m on surfaces a (n,): those of one surface that lie near each other
+        share their candidates."""
+        if not len(a) or (not self.obstacle.any() and (a >= 0).all()):
+            return np.zeros((len(a), 0), int)
+        cell = np.floor((points - points.min(axis=0)) / (NEAR * self.scene.size)).astype(np.int64)
+        cell = np.minimum(cell, 999)
+        group = (((a + 1) * 1000 + cell[:, 0]) * 1000 + cell[:, 1]) * 1000 + cell[:, 2]
+        first, group = np.unique(group, return_index=True, return_inverse=True)[1:]
+        group = group.reshape(-1)
+        count = np.bincount(group)
+        centre = np.stack([np.bincount(group, points[:, k]) / count for k in range(3)], axis=1)
+        radius = np.zeros(len(count))
+        np.maximum.at(radius, group, np.linalg.norm(points - centre[group], axis=1))
+        pair, back = np.unique(group * len(self.shape) + b, return_inverse=True)
+        group, b = pair // len(self.shape), pair % len(self.shape)
+        return self.candidates(a[first[group]], b, [centre[group], radius[group]])[back.reshape(-1)]
 
     def between(self, points, centre, radius, occluders):
         """Shapes that can come between points (n, 3) and spheres (n, 3), (n,): pairs (n index, shape), sorted.
