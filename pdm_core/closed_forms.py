@@ -1,4 +1,4 @@
-"""Closed forms: what an oriented point receives from a polygon or a sphere, and what aligned rectangles exchange.
+"""Closed forms: what an oriented point receives from a polygon, a sphere or a patch of one; aligned rectangles.
 
 Vectors are stored component first, (3, ...), so that every numpy operation runs over contiguous memory. Form
 factors of points are irradiance / pi for unit radiance (Lambert 1760, the contour integral). Those of rectangles
@@ -8,9 +8,11 @@ Spindler and Hahne 1981; Ehlert and Smith 1993).
 
 import numpy as np
 
+from .quadrature import gauss_legendre
 from .scene import Plane
 
 ALIGNED = 1e-12  # sine of the angle from an axis that counts as none; the error made is of this size
+ROUND, ROUND_POINTS = 0.1, 32  # a circle seen from so near its axis: Gauss points that integrate it to rounding
 CHUNK = 4096  # pairs; some 40 arrays of this length stay in a core's second-level cache
 
 
@@ -106,6 +108,96 @@ def sphere_unoccluded(points, normals, centres, radii):
     angle = np.arctan2(root, y)
     out[between] = (c * angle - x * s * root) / (np.pi * h**2) + np.arctan2(s * root, x) / np.pi
     return out
+
+
+def sphere_patch_unoccluded(points, normals, centre, radius, low, high):
+    """What points (m, 3) m, unit normals (m, 3), inside or on a round sphere receive from a patch of its inner side.
+
+    centre (3,) m, radius m; low, high (theta, phi): the patch's bounds, 0 <= theta <= pi from +z, high phi - low phi
+    at most a turn -> (m,) form factor, horizon-clipped. The contour integral along two parallels and two meridians,
+    in closed form; the way back along the horizon is known up to whole turns, of which a form factor below 1 has none.
+    Absolute error about 1e-12; a point on the patch's border has no limit: move it off.
+    """
+    offset = (np.asarray(centre, float) - points).T
+    n = np.ascontiguousarray(normals.T)
+    (t0, p0), (t1, p1) = low, high
+    x, y, z = (np.array([np.eye(3)[k]]).T * radius for k in range(3))
+    total = np.zeros(len(points))
+    for theta, start, end in ((t0, p1, p0), (t1, p0, p1)):
+        k0 = offset + np.cos(theta) * z
+        total += _circle_above_horizon(n, k0, np.sin(theta) * x, np.sin(theta) * y, start, end)
+    for phi, start, end in ((p0, t0, t1), (p1, t1, t0)):
+        total += _circle_above_horizon(n, offset, z, np.cos(phi) * x + np.sin(phi) * y, start, end)
+    share = np.mod(total / (2 * np.pi), 1.0)
+    return np.where(share > 1 - 1e-12, 0.0, share)
+
+
+def _circle_above_horizon(n, k0, k1, k2, start, end):
+    """n . integral of r x dr / |r|^2 over the part with n . r >= 0 of r = k0 + k1 cos f + k2 sin f, start to end,
+    plus the angle about n from where it goes below the horizon to where it comes up again, up to whole turns."""
+    direction = 1.0 if end > start else -1.0
+    low, high = min(start, end), max(start, end)
+    a0, a1, a2 = dot(n, k0), dot(n, k1), dot(n, k2)
+    reach, middle = np.hypot(a1, a2), np.arctan2(a2, a1)
+    half = np.arctan2(np.sqrt(np.maximum(reach**2 - a0**2, 0.0)), -a0)  # n . r >= 0 within half a turn of middle
+    breaks = [np.full(len(a0), low)]
+    for angle in (middle - half, middle + half):
+        breaks.append(np.clip(low + np.mod(angle - low, 2 * np.pi), low, high))
+    breaks = np.sort(np.stack([*breaks, np.full(len(a0), high)]), axis=0)
+    f0, f1 = breaks[:-1], breaks[1:]
+    height = a0 + a1 * np.cos((f0 + f1) / 2) + a2 * np.sin((f0 + f1) / 2)
+    above = (height >= 0) & (f1 > f0)
+    total = np.where(above, _circle_integral(n, k0, k1, k2, f0, f1), 0.0).sum(axis=0)
+    # a piece above the horizon that begins or ends on it: the angle of that point about n, on coming up and going down
+    e = _across(n)
+    g = cross(n, e)
+
+    def turned(f):
+        r = k0[:, None] + k1[:, None] * np.cos(f) + k2[:, None] * np.sin(f)
+        return np.arctan2(dot(g[:, None], r), dot(e[:, None], r))
+
+    rises, sinks = above & (f0 > low), above & (f1 < high)
+    total += np.where(rises, turned(f0), 0.0).sum(axis=0) - np.where(sinks, turned(f1), 0.0).sum(axis=0)
+    return direction * total
+
+
+def _across(n):
+    """A unit vector (3, m) across each n (3, m)."""
+    seed = np.zeros_like(n)
+    seed[np.argmin(np.abs(n), axis=0), np.arange(n.shape[1])] = 1.0
+    e = cross(seed, n)
+    return e / np.sqrt(dot(e, e))
+
+
+def _circle_integral(n, k0, k1, k2, f0, f1):
+    """n . integral of r x dr / |r|^2 over r = k0 + k1 cos f + k2 sin f, |k1| = |k2| and square, f0 to f1 (j, m)."""
+    p, q, s = dot(n, cross(k1 + 0 * k0, k2 + 0 * k0)), dot(n, cross(k0, k2 + 0 * k0)), -dot(n, cross(k0, k1 + 0 * k0))
+    a, b, c = dot(k0, k0) + dot(k1, k1), 2 * dot(k0, k1), 2 * dot(k0, k2)
+    d, turn = np.hypot(b, c), np.arctan2(c, b)
+    q, s = q * np.cos(turn) + s * np.sin(turn), s * np.cos(turn) - q * np.sin(turn)
+    # (p + q cos g + s sin g) / (a + d cos g)
+    root = np.sqrt(np.maximum((a - d) * (a + d), 0.0))
+    narrow = np.sqrt(np.maximum(a - d, 0.0) / (a + d))
+
+    def slow(g):
+        """Integral of dg / (a + d cos g), times root."""
+        turns = np.round(g / (2 * np.pi))
+        h = (g - 2 * np.pi * turns) / 2
+        return 2 * (np.arctan2(narrow * np.sin(h), np.cos(h)) + np.pi * turns)
+
+    g0, g1 = f0 - turn, f1 - turn
+    time = slow(g1) - slow(g0)
+    even = divide(g1 - g0 - divide(a, root) * time, d)
+    lowest, highest = a + d * np.cos(g0), a + d * np.cos(g1)
+    odd = -divide(np.log(divide(highest, lowest) + (lowest == 0)), d)
+    smooth = d < ROUND * a  # the differences above would cancel
+    if smooth.any():
+        nodes, weights = gauss_legendre(ROUND_POINTS)
+        g = g0[..., None] + (g1 - g0)[..., None] * nodes
+        weights = weights * (g1 - g0)[..., None] / (a[:, None] + d[:, None] * np.cos(g))
+        even = np.where(smooth, (np.cos(g) * weights).sum(axis=-1), even)
+        odd = np.where(smooth, (np.sin(g) * weights).sum(axis=-1), odd)
+    return p * divide(time, root) + q * even + s * odd
 
 
 def _parallel(x, y, z):
