@@ -4,6 +4,9 @@ import numpy as np
 
 from pdm_core import Plane, Scene, Sphere, Surface
 
+POINTS = 1500  # where two runs are compared, spread over the area, and LEAST on each surface
+LEAST = 12
+
 
 def walls(size, reflectance):
     """Six planes (floor, ceiling, left, back, front, right) that face into the box 0..size; reflectance (6, 3)."""
@@ -41,3 +44,26 @@ def spheres_in_room(count, size, seed):
     for k, sphere in enumerate(placed[1:]):
         surfaces.append(Surface(Sphere.at(*sphere), rng.uniform(0.2, 0.9, 3), name=f"ball {k}"))
     return Scene(surfaces)
+
+
+def points_over(scene, seed):
+    """Yield (surface, points, area m^2 of each) spread over all surfaces."""
+    rng = np.random.default_rng(seed)
+    for k, surface in enumerate(scene.surfaces):
+        count = max(LEAST, int(POINTS * scene.areas[k] / scene.areas.sum()))
+        shape = surface.shape
+        if isinstance(shape, Plane):
+            points = shape.world(np.column_stack([rng.random((count, 2)), np.zeros(count)]))
+        else:
+            points = shape.project(shape.origin + rng.normal(size=(count, 3)))
+        yield k, points, scene.areas[k] / count
+
+
+def difference(scene, solution, tighter):
+    """Relative L2 difference of two solutions' L - Le."""
+    wrong = total = 0.0
+    for k, points, area in points_over(scene, seed=1):
+        one, other = solution.radiance(k, points), tighter.radiance(k, points)
+        wrong += area * ((one - other) ** 2).sum()
+        total += area * ((other - scene.emission[k]) ** 2).sum()
+    return float(np.sqrt(wrong / total))

@@ -11,13 +11,11 @@ import time
 
 import numpy as np
 from output import machine, save
-from scenes import separate, walls
+from scenes import difference, separate, walls
 
 from pdm_core import Plane, Scene, Sphere, Surface, solve
 
 TARGET, TIGHTER = 0.01, 4.0
-POINTS = 1500  # where the two runs are compared, spread over the area, and LEAST on each surface
-LEAST = 12
 TRIES = 50
 
 
@@ -73,29 +71,6 @@ def random_ball(rng, size, placed):
             placed.append((centre, radius))
             return [Surface(Sphere.at(centre, radius), rng.uniform(0.1, 0.95, 3), name="ball")]
     return []
-
-
-def points_over(scene, seed):
-    """Yield (surface, points, area m^2 of each) spread over all surfaces."""
-    rng = np.random.default_rng(seed)
-    for k, surface in enumerate(scene.surfaces):
-        count = max(LEAST, int(POINTS * scene.areas[k] / scene.areas.sum()))
-        shape = surface.shape
-        if isinstance(shape, Plane):
-            points = shape.world(np.column_stack([rng.random((count, 2)), np.zeros(count)]))
-        else:
-            points = shape.project(shape.origin + rng.normal(size=(count, 3)))
-        yield k, points, scene.areas[k] / count
-
-
-def difference(scene, solution, tighter):
-    """Relative L2 difference of two solutions' L - Le."""
-    wrong = total = 0.0
-    for k, points, area in points_over(scene, seed=1):
-        one, other = solution.radiance(k, points), tighter.radiance(k, points)
-        wrong += area * ((one - other) ** 2).sum()
-        total += area * ((other - scene.emission[k]) ** 2).sum()
-    return float(np.sqrt(wrong / total))
 
 
 def run(seed):
