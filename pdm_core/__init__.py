@@ -1,7 +1,6 @@
 """Diffuse light between exact planes and spheres: form factors, radiosity, gathering. Needs numpy only."""
 
-from .form_factors import FormFactors, form_factors
-from .pdm import pdm_form_factor
+from .form_factors import FormFactors, form_factors, pdm_form_factor
 from .plan import Plan, plan
 from .radiosity import Progress, Solution, solve, solve_steps
 from .scene import Plane, Scene, SceneError, Sphere, Surface

@@ -8,7 +8,7 @@ Spindler and Hahne 1981; Ehlert and Smith 1993).
 
 import numpy as np
 
-from .quadrature import gauss_legendre
+from .numerics import gauss_legendre
 from .scene import Plane
 
 ALIGNED = 1e-12  # sine of the angle from an axis that counts as none; the error made is of this size

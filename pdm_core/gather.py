@@ -2,15 +2,21 @@
 
 A row entry is (exact visible form factor of a source cell) x (kernel-weighted mean of the cell's biquadratics), so
 a constant field is gathered exactly whatever the cells. Cells are taken as coarse as the tolerance allows.
+
+Between the nodes: what x receives from source s is F(x, s) M(x, s), the visible form factor, with all its shadows,
+corners and contacts, times the mean radiance of what x sees of s, which varies little. For the sources that matter M
+is interpolated and F is taken exactly at x; the others are interpolated as a sum.
 """
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
 
 from .closed_forms import polygon_unoccluded
+from .error_estimates import DECAY, decay
 from .field import GRID, basis, graded
-from .quadrature import gauss_legendre
+from .numerics import gauss_legendre
 from .scene import unit
 
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
@@ -21,6 +27,7 @@ AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiv
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
 FACTORS = 1 << 14  # of whole surfaces in a block of rows: few large calls, but signs of life between
 ENTRIES = 1 << 20  # of a dense block of rows
+MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
 _GAUSS = gauss_legendre(3)[0]
 _CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
 _CHILDREN = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
@@ -60,39 +67,6 @@ class _Pairs:
     surface: np.ndarray
     source: np.ndarray
     occluders: np.ndarray
-
-
-class Rows:
-    """A dense matrix grown by blocks of rows, each as wide as there were columns when it was made, never copied."""
-
-    def __init__(self, blocks=()):
-        self.blocks, self.count = list(blocks), sum(len(b) for b in blocks)
-
-    def __len__(self):
-        return self.count
-
-    def copy(self):
-        """The same rows, to be appended to apart."""
-        return Rows(self.blocks)
-
-    def append(self, block):
-        self.blocks.append(block)
-        self.count += len(block)
-
-    def times(self, value, columns=None):
-        """value (n columns, c) -> (n rows, c); columns: ascending, those that value stands for, if not all."""
-        out = np.zeros((self.count, value.shape[1]))
-        value, start = value.astype(np.float32), 0
-        for block in self.blocks:
-            width, part = block.shape[1], slice(start, start + len(block))
-            if columns is None:
-                out[part] = block @ value[:width]
-            else:
-                some = columns[: np.searchsorted(columns, width)]
-                picked = block if len(some) == width else block[:, some]
-                out[part] = picked @ value[: len(some)]
-            start = part.stop
-        return out
 
 
 class Gather:
@@ -348,6 +322,92 @@ class Gather:
         weight = weight * (factor / weight.sum(axis=(1, 2)))[:, None, None]
         hit = (local[:, None, None] + length[..., None] * step).reshape(-1, 3)
         return self._spread(np.full(len(hit), s), hit, weight, r)
+
+
+class Received:
+    """Indirect light on one surface: values on its nodes (n,) of one surface.
+
+    received (n, s, 3): irradiance / pi from each source; factors (n, s); sources (s,) surface indices.
+    """
+
+    def __init__(self, field, surface, received, factors, sources):
+        self.field, self.surface, self.sources = copy.copy(field), surface, sources
+        self.cells = np.flatnonzero(field.surface == surface)
+        self.local = np.zeros(len(field.keys), int)
+        nodes = np.flatnonzero(field.node_surface == surface)
+        self.local[nodes] = np.arange(len(nodes))
+        self.received, self.factors = received, factors
+        self.means = self._fill(
+            np.divide(received, factors[..., None], out=np.zeros_like(received), where=factors[..., None] > 0)
+        )
+
+    def _fill(self, means):
+        """Means where nothing of the source is seen: those of the cells around, else of the whole surface."""
+        leaves = self.cells[self.field.child[self.cells] < 0]
+        nodes = self.local[self.field.nodes[leaves]]
+        weight = self.factors
+        overall = (weight[..., None] * means).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None]
+        total, share = np.zeros_like(means), np.zeros_like(weight)
+        near = weight[nodes].sum(axis=1)
+        around = (weight[nodes][..., None] * means[nodes]).sum(axis=1)
+        np.add.at(share, nodes, near[:, None])
+        np.add.at(total, nodes, around[:, None])
+        unseen = weight <= 1e-12
+        means = means.copy()
+        guess = np.where((share > 0)[..., None], total / np.maximum(share, 1e-300)[..., None], overall)
+        means[unseen] = guess[unseen]
+        return means
+
+    def choose(self, reflectance, allowed, always, only):
+        """Decide which sources are exact, so that the rest interpolates to `allowed` (in L2 of L); keep the errors.
+
+        always: those exact in any case; only: no others.
+        """
+        f = self.field
+        is_leaf = f.child[self.cells] < 0
+        leaves = self.cells[is_leaf]
+        nodes, size = self.local[f.nodes[self.cells]], f.sizes()[leaves]
+        shape = (len(self.means), -1)
+        lump = f.surplus_of(self.cells, self.local, self.received.reshape(shape)).reshape(*nodes.shape, -1, 3)
+        split = f.surplus_of(self.cells, self.local, self.means.reshape(shape)).reshape(lump.shape)
+        split = reflectance * split * self.factors[nodes][..., None]
+        lump = reflectance * lump
+        scale = size[:, None, None] * DECAY**2 / 9
+        cost_lump = (scale * (lump[is_leaf] ** 2).sum(axis=3)).sum(axis=(0, 1))
+        cost_split = (scale * (split[is_leaf] ** 2).sum(axis=3)).sum(axis=(0, 1))
+        order = np.argsort(cost_split - cost_lump)
+        order = np.concatenate([always, order[~np.isin(order, always)]]).astype(int)
+        rest = cost_lump.sum() - np.cumsum(cost_lump[order])
+        count = len(always)
+        while not only and count < min(len(order), MOST):
+            left = rest[count - 1] if count else cost_lump.sum()
+            if left <= allowed**2 or cost_split[order[count]] >= cost_lump[order[count]]:
+                break
+            count += 1
+        self.exact, others = order[:count], order[count:]
+        self.values = np.concatenate(
+            [self.received[:, others].sum(axis=1), self.means[:, self.exact].reshape(len(self.means), 3 * count)],
+            axis=1,
+        )
+        lumped = (lump[:, :, others].sum(axis=2) ** 2).sum(axis=2)
+        each = (split[:, :, self.exact] ** 2).sum(axis=(2, 3))
+        surplus = np.zeros(len(f.level))
+        surplus[self.cells] = np.sqrt((lumped + each).mean(axis=1))
+        self.leaf_error = decay(f, leaves, surplus) * surplus[leaves] * np.sqrt(size)
+        self.leaves = leaves
+        return self
+
+    def conform(self):
+        self.values = self.field.conform_of(self.leaves, self.local, self.values)
+        return self
+
+    def at(self, points, factors):
+        """points (n, 3) m on the surface, factors (n, exact sources) -> irradiance / pi (n, 3)"""
+        local = self.field.scene.surfaces[self.surface].shape.local(points)
+        cell, weight = self.field.locate(np.full(len(local), self.surface), local)
+        value = np.einsum("nk,nkc->nc", weight, self.values[self.local[self.field.nodes[cell]]])
+        means = value[:, 3:].reshape(len(value), -1, 3)
+        return value[:, :3] + np.einsum("ns,nsc->nc", factors, means)
 
 
 def _joined(cells):

@@ -10,16 +10,13 @@ from collections import Counter, deque, namedtuple
 
 import numpy as np
 
-from .contacts import crowded
-from .direct import Factors
 from .error_estimates import Look, Residual, leaf_errors, sample_points
-from .field import DEEPEST, Field
-from .gather import Detail, Gather, Rows
-from .krylov import gmres
+from .field import DEEPEST, Field, crowded
+from .gather import Detail, Gather, Received
+from .numerics import Rows, gmres
 from .plan import MAX_NODES, plan, proportional_channels, reached_by_light
-from .received import Received
 from .scene import Scene, SceneError
-from .visibility import Shafts
+from .visibility import Factors, Shafts
 
 Progress = namedtuple("Progress", "fraction error seconds")
 
@@ -51,6 +48,7 @@ class Solution:
         self.scene, self.plan, self.counts = state.scene, state.plan, dict(state.counts)
         self.error, self.error_parts = state.error, dict(state.error_parts)
         self.norm = state.norm  # ||L - Le||, radiance times metres
+        self.nodes = len(state.sent.keys)
         self.seconds, self.history = state.elapsed(), list(state.history)
         self.warnings = list(state.warnings)
 

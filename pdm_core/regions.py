@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .closed_forms import clip_edges, cross, divide, dot
-from .quadrature import gauss_legendre
+from .numerics import gauss_legendre
 
 COINCIDENT = 1e-12  # sine of the angle below which two arcs count as one; the error made is of this size
 GRAZING = 1e-12  # relative depth of a sliver that is none

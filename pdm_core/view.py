@@ -9,7 +9,7 @@ from collections import Counter
 import numpy as np
 
 from .closed_forms import divide, dot, polygon_unoccluded, sphere_unoccluded
-from .quadrature import gauss_legendre
+from .numerics import gauss_legendre
 from .regions import (
     Ball,
     ball_region,
