@@ -25,6 +25,7 @@ STEP = 4.0  # each further round aims at most this much lower
 LINK_SHARE = 0.2  # tolerance of one link, of the round's target
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
+LIGHT_NODES = 0.6  # of all nodes: what direct light between them may take, lest none be left for the rest
 CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 REFINE_TO = 0.42  # a refinement leaves this part of the target in the leaves not split
@@ -197,9 +198,10 @@ class _State:
         while True:
             error = leaf_errors(self.sent, self.scene.reflectance[self.sent.node_surface] * self.lit)
             cells = _worst(self.sent, error, SENT_SHARE * final * self.scale)
-            if not len(cells) or len(self.sent.keys) + 16 * len(cells) > MAX_NODES:
+            room = int(max(LIGHT_NODES * MAX_NODES - len(self.sent.keys), 0)) // 16
+            if not min(len(cells), room):
                 return
-            self.grow(cells)
+            self.grow(cells[-room:])  # the worst come last
             yield
 
     def measure(self):
@@ -422,7 +424,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
                 if best and _late(state, time_limit):
                     return _finish(best, state, target_error)
             if state.checked:
-                best = Solution(state)
+                best = _better(best, state)
             if (state.checked and state.error <= target) or (best and _late(state, time_limit)):
                 break
             if state.refine(target):
@@ -430,7 +432,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
             if not state.checked:  # nothing left to split although little was promised: measure what it is
                 for _ in state.check(target):
                     yield Progress(_fraction(state, target_error), state.error, state.elapsed())
-                best = Solution(state)
+                best = _better(best, state)
             break
         if state.error <= target_error or _late(state, time_limit):
             break
@@ -476,8 +478,14 @@ def _fraction(state, target_error):
     return float(np.clip(target_error / state.error, 0.0, 1.0))
 
 
+def _better(best, state):
+    """The solution at hand, unless an earlier one has the lower error: out of memory, finer lights cost elsewhere."""
+    return Solution(state) if best is None or state.error <= best.error else best
+
+
 def _finish(solution, state, target_error):
-    solution.seconds = state.elapsed()
+    solution.seconds, solution.history = state.elapsed(), list(state.history)
+    solution.warnings = list(dict.fromkeys(state.warnings))
     if solution.error > target_error:
         solution.warnings.append(
             f"The estimated error is {100 * solution.error:.2g} %, above the target of {100 * target_error:.2g} %; "
