@@ -1,6 +1,6 @@
 """What the Makefile calls: finds Pythons, makes virtual environments in build/, builds the zip, runs tests and demo.
 
-    python tests/run.py test | zip | demo | lint
+    python tests/run.py test | zip | demo | bench | lint
 
 Runs on any Python 3.8 or newer. A Python that is missing is said loudly and its tests count as skipped; with CI=true
 in the environment they count as failed.
@@ -30,7 +30,7 @@ SUITE_SECONDS = 1800  # a Blender that hangs at exit must not hang the run
 
 def main(words):
     command = words[0] if len(words) == 1 else None
-    commands = {"test": test, "zip": make_zip, "demo": demo, "lint": lint}
+    commands = {"test": test, "zip": make_zip, "demo": demo, "bench": bench, "lint": lint}
     if command not in commands:
         print(__doc__)
         return 2
@@ -69,6 +69,26 @@ def demo():
     python = first_blender()[1]
     with fresh_blender(build_zip()) as environment:
         return subprocess.run([python, "tests/demo/bake_rooms.py"], cwd=ROOT, env=environment).returncode
+
+
+def bench():
+    """Every benchmark, on one thread so that CPU seconds compare; half an hour or more. Output in docs/benchmarks."""
+    python = venv("bench", "3.13", ["numpy", "matplotlib"])
+    blender = venv("blender-5.2", *BLENDER["blender-5.2"])
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    runs = [
+        [python, "rooms.py", "rooms.json", "../error_time.png"],
+        [python, "scaling.py", "scaling.json"],
+        [python, "form_factors.py", "form_factors.json"],
+        [blender, "beside_cycles.py", "beside_cycles.json"],
+        [python, "truth.py", "truth.json"],
+    ]
+    code = 0
+    for interpreter, script, *outputs in runs:
+        print(f"\n=== {script}", flush=True)
+        words = [interpreter, f"tests/benchmarks/{script}", *(f"docs/benchmarks/{name}" for name in outputs)]
+        code = subprocess.run(words, cwd=ROOT, env=environment).returncode or code
+    return code
 
 
 def lint():

@@ -3,21 +3,18 @@
 python tests/benchmarks/form_factors.py OUTPUT.json
 """
 
-import json
-import os
-import platform
 import sys
 import time
-from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "core"))
+import numpy as np
+from output import ROOT, machine, save
 
-import numpy as np  # noqa: E402
+sys.path.insert(0, str(ROOT / "tests" / "core"))
+
 from rooms import both_sides, cube_planes  # noqa: E402
 
 from pdm_core import Plane, Scene, Sphere, Surface, form_factors, pdm_form_factor  # noqa: E402
+from pdm_core.closed_forms import sphere_patch_unoccluded  # noqa: E402
 
 OPPOSITE, ADJACENT = 0.199824895698387, 0.200043776075403
 
@@ -149,6 +146,13 @@ def contact():
 def inside():
     f = form_factors(Scene([Surface(Sphere.at((1, 2, 3), 2), side="back")]))
     yield row("inside a sphere", "whole", abs(f.F[0, 0] - 1), f.seconds)
+    out = np.random.default_rng(0).normal(size=(1000, 3))
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    start = time.perf_counter()
+    patch = sphere_patch_unoccluded(2 * out, -out, (0, 0, 0), 2.0, (0.5, 0.2), (1.3, 2.9))
+    seconds = time.perf_counter() - start
+    share = (np.cos(0.5) - np.cos(1.3)) * 2.7 / (4 * np.pi)
+    yield row("inside a sphere, a patch", "contour, 1,000 points", float(np.abs(patch / share - 1).max()), seconds)
     ball, dome = Sphere.at((0.2, 0.1, 0), 1), Sphere.at((0, 0, 0), 3)
     f = form_factors(Scene([Surface(ball), Surface(dome, side="back")]), 1e-6)
     yield row("ball in a dome", "rtol 1e-6", worst([(f.F[0, 1], 1), (f.F[1, 0], 1 / 9)]), f.seconds)
@@ -162,9 +166,7 @@ def main(output):
             case, method, error, seconds, *more = result.values()
             more = " ".join(f"{k} {v:.2g}" for k, v in zip(list(result)[4:], more))
             print(f"{case:28} {method:32} {error:9.1e} {seconds:8.3f} s  {more}", flush=True)
-    about = {"python": platform.python_version(), "numpy": np.__version__, "machine": platform.machine(), "threads": 1}
-    Path(output).parent.mkdir(parents=True, exist_ok=True)
-    Path(output).write_text(json.dumps({"about": about, "rows": rows}, indent=1) + "\n")
+    save(output, {"about": machine(), "rows": rows})
 
 
 if __name__ == "__main__":
