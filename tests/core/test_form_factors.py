@@ -1,5 +1,7 @@
 """Form factors between whole surfaces against known answers and the identities of the field."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +9,7 @@ from hypothesis import strategies as st
 from rooms import both_sides, cube_planes, scene_of
 
 from pdm_core import Plane, Scene, SceneError, Sphere, Surface, form_factors, pdm_form_factor
+from pdm_core.visibility import Factors, Shafts
 
 OPPOSITE, ADJACENT = 0.199824895698387, 0.200043776075403
 SEED_ADJACENT, SEED_OPPOSITE, SEED_SPHERE = 0.1968931067, 0.1542499315, 4 * np.pi / 216
@@ -148,6 +151,62 @@ def test_splitting_a_surface_adds_up():
     split = form_factors(scene_of([*floor, *cube_planes()[1:], ball]), 1e-4)
     assert abs(split.F[2, :2].sum() - whole.F[1, 0]) < 1e-5
     assert abs((split.F[0, 2] * 12 + split.F[1, 2] * 24) / 36 - whole.F[0, 1]) < 1e-5
+
+
+@given(st.integers(0, 2**32 - 1), st.booleans())
+@settings(max_examples=15, deadline=None)
+def test_an_occluder_outside_every_shaft_changes_nothing(seed, flat):
+    """A floor, a ceiling and a ball between them; a shape beside the hull of all three, at any size and turn."""
+    rng = np.random.default_rng(seed)
+    shapes = [
+        Plane((-1, -1, 0), (2, 0, 0), (0, 2, 0)),
+        Plane((-1, -1, 2), (0, 2, 0), (2, 0, 0)),
+        Sphere.at(rng.uniform(-0.3, 0.3, 3) + [0, 0, 1], rng.uniform(0.1, 0.5)),
+    ]
+    radius, angle = 10.0 ** rng.uniform(-2, 1), rng.uniform(0, 2 * np.pi)
+    centre = (1.5 + radius) * np.array([np.cos(angle), np.sin(angle), 0]) + [0, 0, rng.uniform(0, 2)]
+    aside = Sphere.at(centre, radius)
+    if flat:
+        u, v = radius * rotation(int(rng.integers(1 << 30)))[:2]
+        aside = Plane(centre - (u + v) / 2, u, v)
+    with_it = Scene([Surface(s) for s in shapes] + [Surface(aside)])
+    without = form_factors(scene_of(shapes), 1e-3).F
+    found = form_factors(with_it, 1e-3).F[:3, :3]
+    # each entry is exact to its rule, and the rule may refine for the added target: compare as closely as that
+    assert np.abs(found - without).max() < 2e-4
+    points = rng.uniform(-1, 1, (40, 3)) * [1, 1, 0]
+    normals = np.tile([0.0, 0, 1], (40, 1))
+    assert (to_ceiling(with_it, points, normals) == to_ceiling(scene_of(shapes), points, normals)).all()
+
+
+def to_ceiling(scene, points, normals):
+    """Exact factors from points of the floor to the ceiling, behind everything else in the scene."""
+    shafts, own = Shafts(scene), np.zeros(len(points), int)
+    return Factors(scene, shafts, Counter()).pairs(points, normals, own, own + 1)
+
+
+@given(st.tuples(*[st.floats(0.2, 3)] * 4), st.floats(0.0, 2.0))
+@settings(max_examples=25, deadline=None)
+def test_rectangles_that_share_a_corner_or_less(sizes, apart):
+    """Superposition: perpendicular rectangles whose spans along the common line only meet, or are `apart`."""
+    depth, height, near, far = sizes
+
+    def exchange(start, end, low, high):
+        """Area times factor from the floor over [start, end] to the wall over [low, high], on the common line x = 0."""
+        floor = Plane((0, start, 0), (depth, 0, 0), (0, end - start, 0))
+        wall = Plane((0, low, 0), (0, high - low, 0), (0, 0, height))
+        return floor.area * form_factors(scene_of([floor, wall])).F[0, 1]
+
+    gap = apart if apart > 0.05 else 0.0
+    found = exchange(0, near, near + gap, near + gap + far)
+    whole = exchange(0, near + gap + far, 0, near + gap + far)
+    rest = exchange(0, near, 0, near) + exchange(near, near + gap + far, near, near + gap + far)
+    if gap:
+        # the strip between them counts with both: taken away from the whole, and added back once
+        beside = exchange(0, near, near, near + gap)
+        assert found == pytest.approx((whole - rest) / 2 - beside, abs=1e-12)
+    else:
+        assert found == pytest.approx((whole - rest) / 2, abs=1e-12)
 
 
 def test_bad_tolerance_is_refused():
