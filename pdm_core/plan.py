@@ -40,25 +40,26 @@ def plan(scene, shafts=None):
         sees = shafts.may_see(a)
         pairs, free, apart = pairs + len(scene), free + int((sees & ~hidden).sum()), apart + int((~sees).sum())
     nodes = sum(FIRST[type(surface.shape)] for surface in scene.surfaces)
+    most = 4e-6 * MAX_NODES**2
     result = Plan(reached=reached)
     say = result.lines.append
-    say(f"{len(scene)} surfaces on {len(scene.shapes)} shapes, {lights} of them lights")
+    say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}")
     if black:
-        say(f"{black} surfaces send nothing on: they are black")
+        say(f"black surfaces, which send nothing on: {black}")
     if not lights and not (scene.background > 0).any():
         say("nothing shines: all is dark, no work")
     elif not reached.all():
-        say(f"{(~reached).sum()} surfaces left out: no light reaches them")
+        say(f"surfaces left out because no light reaches them: {(~reached).sum()}")
     channels = len(proportional_channels(scene)[0])
     if channels < 3:
-        say(f"{channels} of 3 colour channels solved: the others are multiples")
+        say(f"colour channels solved: {channels} of 3, the others are their multiples")
     if not (scene.reflectance[reached] > 0).any():
         say("no indirect light: all that light reaches is black")
     if not (scene.background > 0).any():
         say("no background light: directions that leave the scene are left out")
-    say(f"{apart} of {pairs} pairs of surfaces left out: they face away from each other")
-    say(f"{free} of {pairs} pairs of surfaces can be hidden by nothing: no visibility work there")
-    say(f"{nodes} nodes at first, at most {MAX_NODES}: {4e-6 * MAX_NODES**2:.0f} MB for the light between them")
+    say(f"pairs of surfaces left out because they face away from each other: {apart} of {pairs}")
+    say(f"pairs of surfaces without visibility work because nothing can hide them: {free} of {pairs}")
+    say(f"nodes: {nodes} at first, at most {MAX_NODES}; memory for the light between them: {most:.0f} MB")
     result.counts = {
         "surfaces": len(scene), "lights": lights, "black": black, "dark": int((~reached).sum()),
         "channels": channels, "nodes": nodes, "pairs": pairs, "apart": apart, "free pairs": free,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rooms import cube_planes
 
-from pdm_core import Plane, Scene, SceneError, Sphere, Surface, solve, solve_steps
+from pdm_core import Plane, Scene, SceneError, Sphere, Surface, radiosity, solve, solve_steps
 
 REFERENCE = Path(__file__).resolve().parents[3] / "shared" / "reference"
 
@@ -133,6 +133,52 @@ def test_convex_room_needs_no_visibility():
     assert solution.counts.get("exact", 0) == 0 and solution.counts.get("sampled", 0) == 0
     counts = solution.plan.counts
     assert counts["apart"] == 6 and counts["free pairs"] == counts["pairs"] - 6  # a wall does not see itself
+
+
+def test_a_lone_shining_ball_on_a_floor_needs_no_visibility():
+    floor = Plane((-3, -3, 0), (6, 0, 0), (0, 6, 0))
+    ball = Surface(Sphere.at((0, 0, 1), 1.0), 0.4, 2.0, name="ball")
+    sides = [Surface(floor, 0.5, name="top"), Surface(floor, 0.5, side="back", name="underside")]
+    solution = solve(Scene([*sides, ball]), 1e-2)
+    counts = solution.plan.counts
+    assert solution.counts.get("exact", 0) == solution.counts.get("sampled", 0) == 0 < solution.counts["free"]
+    assert counts["dark"] == 1 and counts["free pairs"] == counts["pairs"] - counts["apart"]
+    # on the floor all light comes from the ball, uniform but for what the floor sends back: closed form of the sphere
+    d = np.array([1.5, 2.0, 2.9])
+    direct = solution._state.direct(np.column_stack([d, 0 * d, 0 * d]), np.tile([0.0, 0, 1], (3, 1)), np.zeros(3, int))
+    assert np.abs(direct[:, 0] / (2 / (d**2 + 1) ** 1.5) - 1).max() < 1e-12
+
+
+def furnished(grey):
+    """A closed room with a lamp, a ball, and a roof over it that no light reaches."""
+    rho = np.array([0.6, 0.7, 0.5, 0.4, 0.3, 0.2])
+    lamp = Plane((0.7, 1.2, 2.4), (0, 0.6, 0), (0.6, 0, 0))
+    emission = (3.0, 6.0, 1.5) if grey else (3.0, 0.0, 0.0)
+    surfaces = box(rho, 0.0) + [Surface(lamp, 0.0, emission), Surface(lamp, 0.5, side="back")]
+    tint = 0.7 if grey else (0.7, 0.2, 0.1)
+    surfaces.append(Surface(Sphere.at((1, 1, 0.6), 0.5), tint))
+    return Scene([*surfaces, Surface(Plane((0, 0, 3), (1, 0, 0), (0, 1, 0)), 0.5, name="roof")])
+
+
+@pytest.mark.parametrize("grey", [True, False])
+def test_what_the_plan_leaves_out_changes_nothing(grey, monkeypatch):
+    scene = furnished(grey)
+    lean = solve(scene, 1e-2)
+    assert lean.plan.counts["channels"] == (1 if grey else 3) and lean.plan.counts["dark"] >= 1
+    planned = radiosity.plan
+
+    def everything(scene, shafts):
+        result = planned(scene, shafts)
+        result.reached[:] = True
+        return result
+
+    monkeypatch.setattr(radiosity, "plan", everything)
+    monkeypatch.setattr(radiosity, "proportional_channels", lambda scene: (np.arange(3), np.eye(3)))
+    full = solve(scene, 1e-2)
+    assert len(full._state.reflectors) > len(lean._state.reflectors)
+    difference = [a - b for a, b in zip(everywhere(lean), everywhere(full))]
+    size = np.sqrt(sum(np.mean(r**2) for r in everywhere(full)))
+    assert np.sqrt(sum(np.mean(d**2) for d in difference)) < 1e-2 * size
 
 
 @pytest.mark.parametrize("name", ["seed_room", "cornell_spheres"])
