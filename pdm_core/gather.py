@@ -22,10 +22,10 @@ from .scene import unit
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
 RECEIVERS = 1024  # in a block of rows
 PAIRS = 2048  # of points and source planes whose cells are sorted out at once
-LINKS = 8192  # pairs whose form factors are computed between two signs of life
+LINKS = 4096  # pairs whose form factors are computed between two signs of life
 AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
-FACTORS = 1 << 14  # of whole surfaces in a block of rows: few large calls, but signs of life between
+FACTORS = 1 << 13  # of whole surfaces in a block of rows: few large calls, but signs of life between
 ENTRIES = 1 << 20  # of a dense block of rows
 MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
 _GAUSS = gauss_legendre(3)[0]

@@ -25,12 +25,14 @@ STEP = 4.0  # each further round aims at most this much lower
 LINK_SHARE = 0.2  # tolerance of one link, of the round's target
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
+CELL_NODES = 20  # that splitting a cell adds, with the neighbours that have to follow
 LIGHT_NODES = 0.6  # of all nodes: what direct light between them may take, lest none be left for the rest
 CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 REFINE_TO = 0.42  # a refinement leaves this part of the target in the leaves not split
 MAX_ROUNDS = 8  # refinements towards one target
 MAX_KRYLOV = 60
+SOURCES = 8  # split in one product: dense ones of this width beat copying the columns
 SAMPLES = 128  # points where the residual is measured each round
 SEED = 20  # of the samples: runs repeat
 LOOKS = 4  # sets of samples at most, where the error found hangs on one point
@@ -192,13 +194,13 @@ class _State:
     def light_up(self, target, final):
         """Refine where shapes touch, and `sent` until direct light is sent on well enough for `final`; yields."""
         smallest = CONTACT_SHARE * target * np.sqrt(self.area)
-        while len(cells := crowded(self.field, smallest, self.reached)):
+        while 0 < len(cells := crowded(self.field, smallest, self.reached)) <= self.room(LIGHT_NODES):
             self.split(cells)
             yield
         while True:
             error = leaf_errors(self.sent, self.scene.reflectance[self.sent.node_surface] * self.lit)
             cells = _worst(self.sent, error, SENT_SHARE * final * self.scale)
-            room = int(max(LIGHT_NODES * MAX_NODES - len(self.sent.keys), 0)) // 16
+            room = self.room(LIGHT_NODES)
             if not min(len(cells), room):
                 return
             self.grow(cells[-room:])  # the worst come last
@@ -278,18 +280,19 @@ class _State:
         own = self.sent.node_surface
         value = np.column_stack([value, np.ones(len(value))])
         out = np.empty((len(self.rows), len(self.reflectors), 4))
-        for start in range(0, len(self.reflectors), 16):  # dense products of this width beat copying the columns
-            group = self.reflectors[start : start + 16]
+        for start in range(0, len(self.reflectors), SOURCES):
+            group = self.reflectors[start : start + SOURCES]
             nodes = np.flatnonzero(np.isin(own, group))
             part = (own[nodes, None] == group)[..., None] * value[nodes, None]
             received = self.rows.times(part.reshape(len(nodes), -1), nodes)
-            out[:, start : start + 16] = received.reshape(len(out), len(group), 4)
+            out[:, start : start + SOURCES] = received.reshape(len(out), len(group), 4)
+            yield
         return out[..., :3], out[..., 3]
 
     def divide(self, target):
         """Received light of every surface split by source; estimates of what interpolation costs; yields."""
         f, value = self.field, self.radiosity()
-        received, factors = self.by_source(value)
+        received, factors = yield from self.by_source(value)
         lights = np.flatnonzero(np.isin(self.reflectors, self.lights))
         rho = self.scene.reflectance
         self.sent_error = np.sqrt((leaf_errors(self.sent, value)[self.sent.leaves] ** 2).sum())
@@ -368,13 +371,17 @@ class _State:
         cells = _worst(f, self.optimism * self.leaf_error, REFINE_TO * target * self.scale)
         if not len(cells):
             return False
-        room = (MAX_NODES - len(self.sent.keys)) // 16
+        room = self.room()
         if room < len(cells):
             self.warnings.append("the field is as fine as the memory allows")
             cells = cells[max(len(cells) - room, 0) :]  # the worst come last
         if room > 0:
             self.split(cells)
         return room > 0
+
+    def room(self, share=1.0):
+        """How many cells may still be split, within this share of the memory."""
+        return int(max(share * MAX_NODES - len(self.sent.keys), 0)) // CELL_NODES
 
     def split(self, cells):
         """Split these leaves of the field, and those of `sent` that would be coarser."""

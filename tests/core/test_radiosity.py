@@ -149,6 +149,17 @@ def test_a_lone_shining_ball_on_a_floor_needs_no_visibility():
     assert np.abs(direct[:, 0] / (2 / (d**2 + 1) ** 1.5) - 1).max() < 1e-12
 
 
+def test_memory_is_bounded_and_said(monkeypatch):
+    scene = Scene(box(0.5, [0, 1, 0, 0, 0, 0]) + [Surface(Sphere.at((1, 1, 0.6), 0.5), 0.7)])
+    monkeypatch.setattr(radiosity, "MAX_NODES", 100)
+    with pytest.raises(SceneError, match="176 nodes.*fewer objects"):
+        solve(scene, 1e-2)
+    monkeypatch.setattr(radiosity, "MAX_NODES", 400)
+    coarse = solve(scene, 1e-4)
+    assert coarse.nodes <= 400 and coarse.error > 1e-4 and np.isfinite(coarse.error)
+    assert sum("memory" in w for w in coarse.warnings) == 1 and any("above the target" in w for w in coarse.warnings)
+
+
 def furnished(grey):
     """A closed room with a lamp, a ball, and a roof over it that no light reaches."""
     rho = np.array([0.6, 0.7, 0.5, 0.4, 0.3, 0.2])
