@@ -4,6 +4,10 @@ Rows: every target of a surface is integrated at the same outer points, where th
 rounding; so a closed scene's rows sum to 1 whatever the outer rule, and closure can be trusted as a check of the
 visibility. Where nothing hides anything, aligned rectangles have a closed form and need no outer rule at all.
 
+Where balls hide planes from a plane, the inner factor has kinks, of order 3/2, where the outline of a ball touches an
+edge of the target or passes over a corner of it: on lines and conics of the outer plane. The outer rule is then broken
+there, and converges as if there were none. Elsewhere cells are split until they agree.
+
 Beside it the published method (Baranoski, UFRGS 1992): Gauss quadrature over both parameter domains.
 """
 
@@ -14,12 +18,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .closed_forms import aligned_rectangles
-from .numerics import gauss_square
+from .numerics import gauss_legendre, gauss_square
 from .scene import Plane, SceneError, Sphere, Surface
 from .view import ShapeTable, segment_blocked, visible_factors
 from .visibility import Shafts
 
 POINTS = 6  # Gauss points a direction in a cell
+ORDERS = (4, 6, 8, 10, 14, 20)  # Gauss points between two kinks, until two orders agree
+TIGHT = (1e-3, 1e-6)  # tolerances below which the first, and the second, of ORDERS need not be tried
+CURVES = 64  # most kinks of one surface that the rule is broken at
+SAME = 1e-9  # difference of curves, and of breaks between them, that counts as none
 CELLS = 20000  # most cells of one surface
 FIRST = {True: (1, 1), False: (2, 4)}  # cells a surface starts with: planes, spheres
 SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
@@ -65,7 +73,11 @@ def form_factors(scene, rtol=1e-4):
         targets = np.flatnonzero(~done[row])
         if len(targets):
             lists = hidden.reshape(n, n, -1)[row, targets]
-            value, wrong = _row(scene, shafts, row, targets, lists, rtol, counts)
+            curves = _kinks(scene, row, targets, lists)
+            if curves is None:
+                value, wrong = _row(scene, shafts, row, targets, lists, rtol, counts)
+            else:
+                value, wrong = _broken_row(scene, shafts, row, targets, lists, curves, rtol, counts)
             factors[row, targets], error[row, targets] = value, wrong
     return FormFactors(factors, 1 - factors.sum(axis=1), error, time.perf_counter() - start, counts)
 
@@ -124,16 +136,126 @@ def _cells(scene, shafts, surface, corner, size, targets, hidden, counts):
         points, area = parametric(surface, st)
         weight = np.linalg.norm(area, axis=1)
         normals = area / weight[:, None]
-        value = np.empty((len(st), len(targets)))
-        for kind in ("plane", "ball", "inside"):
-            index = [k for k, t in enumerate(targets) if _kind(scene.surfaces[t]) == kind]
-            if index:
-                value[:, index] = _from_points(
-                    scene, shafts, points, normals, targets[index], hidden[index], kind, counts
-                )
+        value = _values(scene, shafts, points, normals, targets, hidden, counts)
         weight = weight.reshape(len(part), -1) * weights * size.prod()
         out[start : start + step] = np.einsum("cq,cqt->ct", weight, value.reshape(len(part), len(nodes), -1))
     return out / surface.shape.area
+
+
+def _values(scene, shafts, points, normals, targets, hidden, counts):
+    """Exact visible factors (m, t) from points (m, 3) with normals (m, 3) to targets (t,)."""
+    value = np.empty((len(points), len(targets)))
+    for kind in ("plane", "ball", "inside"):
+        index = [k for k, t in enumerate(targets) if _kind(scene.surfaces[t]) == kind]
+        if index:
+            value[:, index] = _from_points(scene, shafts, points, normals, targets[index], hidden[index], kind, counts)
+    return value
+
+
+def _kinks(scene, row, targets, hidden):
+    """Coefficients (c, 6) of s^2, s t, t^2, s, t, 1 of the curves where factors from a plane at (s, t) have kinks.
+
+    None where not all of them are known: on spheres, behind planes, of balls that are hidden; or there are too many.
+    """
+    plane, found = scene.surfaces[row].shape, []
+    if not isinstance(plane, Plane) or not (hidden >= 0).any():
+        return None
+    for target, occluders in zip(targets, hidden):
+        shape = scene.surfaces[target].shape
+        for k in occluders[occluders >= 0]:
+            if not isinstance(shape, Plane) or isinstance(scene.shapes[k], Plane):
+                return None
+            found += _touching(plane, shape.corners, scene.shapes[k])
+    curves = np.array(found)
+    size = np.abs(curves).max(axis=1)
+    curves = curves[size > 0] / size[size > 0, None]
+    curves *= np.sign(curves[np.arange(len(curves)), np.abs(curves).argmax(axis=1)])[:, None]
+    curves = curves[np.unique(np.round(curves / SAME), axis=0, return_index=True)[1]]
+    return curves if len(curves) <= CURVES else None
+
+
+def _touching(plane, corners, ball):
+    """Curves on which the ball, seen from the plane, touches the lines through the corners' edges, and the corners.
+
+    In the ball's own space: the plane through x and an edge p + k d is at distance 1, with N = d x (x - p) and
+    (N . p)^2 = N^2; the line through x and the corner p is, (x x p)^2 = (p - x)^2.
+    """
+    x = (np.stack([plane.origin - ball.origin, plane.u, plane.v])) @ ball.inverse.T  # coefficients of 1, s, t
+    p = (corners - ball.origin) @ ball.inverse.T
+    curves = []
+    for here, following in zip(p, np.roll(p, -1, axis=0)):
+        away = x - np.array([here, 0 * here, 0 * here])
+        normal = np.cross(following - here, away)
+        curves.append(_square(normal @ here[:, None]) - _square(normal))
+        curves.append(_square(np.cross(x, here)) - _square(away))
+    return curves
+
+
+def _square(form):
+    """The squared length of a form (3, k), coefficients of 1, s, t -> those of s^2, s t, t^2, s, t, 1."""
+    one, s, t = form
+    return np.array([s @ s, 2 * s @ t, t @ t, 2 * one @ s, 2 * one @ t, one @ one])
+
+
+def _roots(a, b, c):
+    """Real roots (2, ...) of a x^2 + b x + c; nan where there are none."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inner = b * b - 4 * a * c
+        inner = np.where(np.abs(inner) < 1e-13 * (b * b + np.abs(4 * a * c)), 0.0, inner)
+        q = -(b + np.where(b < 0, -1.0, 1.0) * np.sqrt(np.where(inner >= 0, inner, np.nan))) / 2
+        flat = np.abs(a) < 1e-13
+        return np.stack([np.where(flat, np.nan, q / a), np.where(flat, -c / b, c / q)])
+
+
+def _broken_rule(curves, points):
+    """Gauss rule on the unit square between the curves: nodes (n, 2), weights (n,) that sum to 1.
+
+    Lines of constant t are broken where they cross a curve; t where a curve has an extreme or meets a border.
+    Towards the breaks s - s0 goes as u^2, which makes powers of 3/2 smooth.
+    """
+    a, b, c, d, e, f = curves.T
+    u, w = gauss_legendre(points)
+    u, w = u * u * (3 - 2 * u), w * 6 * u * (1 - u)
+    t = [
+        _roots(c, e, f),
+        _roots(c, b + e, a + d + f),
+        _roots(b * b - 4 * a * c, 2 * b * d - 4 * a * e, d * d - 4 * a * f),
+    ]
+    t = np.concatenate([np.ravel(t), [0.0, 1.0]])
+    t = np.unique(np.clip(t[np.isfinite(t)], 0.0, 1.0))
+    t = t[np.concatenate([[True], np.diff(t) > SAME])]
+    width = np.diff(t)[:, None]
+    t, weight = (t[:-1, None] + width * u).ravel(), (width * w).ravel()
+    s = _roots(a[:, None] + 0 * t, b[:, None] * t + d[:, None], (c[:, None] * t + e[:, None]) * t + f[:, None])
+    s = np.clip(np.nan_to_num(s.reshape(-1, len(t)), posinf=0.0, neginf=0.0), 0.0, 1.0)
+    s = np.sort(np.concatenate([s, np.zeros((1, len(t))), np.ones((1, len(t)))]), axis=0)
+    part, line = np.nonzero(np.diff(s, axis=0) > 0)
+    low, width = s[part, line][:, None], np.diff(s, axis=0)[part, line][:, None]
+    nodes = np.stack([(low + width * u).ravel(), np.repeat(t[line], points)], axis=1)
+    return nodes, (weight[line][:, None] * width * w).ravel()
+
+
+def _broken_row(scene, shafts, row, targets, hidden, curves, rtol, counts):
+    """Outer integral over the plane row between its kinks -> factors and errors (targets,).
+
+    What is hidden of aligned rectangles is taken from their closed form: their common edges then do not matter.
+    """
+    surface = scene.surfaces[row]
+    free, known = aligned_rectangles(scene.surfaces, np.full(len(targets), row), targets)
+    previous = np.full(len(targets), np.inf)
+    for order in ORDERS[sum(rtol < r for r in TIGHT) :]:
+        nodes, weights = _broken_rule(curves, order)
+        points, area = parametric(surface, nodes)
+        normals = area / np.linalg.norm(area, axis=1, keepdims=True)
+        value = _values(scene, shafts, points, normals, targets, hidden, counts)
+        nothing = np.full((known.sum(), 0), -1)
+        value[:, known] -= _values(scene, shafts, points, normals, targets[known], nothing, Counter())
+        total = free * known + weights @ value
+        wrong = np.abs(total - previous)
+        previous = total
+        if (wrong <= rtol * np.abs(total) + ROUNDING).all():
+            break
+    return total, wrong + ROUNDING
 
 
 def _kind(surface):
