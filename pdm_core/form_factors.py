@@ -40,7 +40,7 @@ SEGMENTS_AT_ONCE = 1 << 18
 
 @dataclass
 class FormFactors:
-    """F[i, j]: leaving i, arriving at j, (n, n); background (n,): what leaves i and meets no surface, 1 - F[i].sum().
+    """F[i, j]: leaving i, arriving at j, (n, n), or (rows, n); background (n,): what meets no surface, 1 - F[i].sum().
 
     error (n, n): estimated absolute error of each entry; seconds; counts of the pairs that were free, exact, sampled.
     """
@@ -52,13 +52,17 @@ class FormFactors:
     counts: Counter = field(default_factory=Counter)
 
 
-def form_factors(scene, rtol=1e-4):
+def form_factors(scene, rtol=1e-4, rows=None):
     """Form factors between all surfaces of the scene to the relative error rtol of each entry -> FormFactors.
 
-    The errors are what was reached, estimated from the last refinement; a surface stops at CELLS cells.
+    rows: indices of the surfaces to leave from, if not all; the arrays then have these rows alone. The errors are
+    what was reached, estimated from the last refinement; a surface stops at CELLS cells.
     """
     if not 0 < rtol < 1:
         raise SceneError(f"form_factors: rtol is {rtol}; use a number between 0 and 1")
+    wanted = np.arange(len(scene)) if rows is None else np.asarray(rows, int).reshape(-1)
+    if (wanted < 0).any() or (wanted >= len(scene)).any():
+        raise SceneError(f"form_factors: rows are {rows}; use indices of surfaces, 0 to {len(scene) - 1}")
     start = time.perf_counter()
     shafts, counts = Shafts(scene), Counter()
     n = len(scene)
@@ -67,9 +71,9 @@ def form_factors(scene, rtol=1e-4):
     hidden = shafts.candidates(i, j)
     occluded = (hidden >= 0).any(axis=1).reshape(n, n) if hidden.size else np.zeros((n, n), bool)
     planes = np.array([isinstance(s.shape, Plane) for s in scene.surfaces])
-    pairwise = planes & ~occluded.any(axis=1)
+    pairwise = planes & ~occluded.any(axis=1) & np.isin(np.arange(n), wanted)
     done = _closed_pairs(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), factors, error, counts)
-    for row in range(n):
+    for row in np.unique(wanted):
         targets = np.flatnonzero(~done[row])
         if len(targets):
             lists = hidden.reshape(n, n, -1)[row, targets]
@@ -79,6 +83,7 @@ def form_factors(scene, rtol=1e-4):
             else:
                 value, wrong = _broken_row(scene, shafts, row, targets, lists, curves, rtol, counts)
             factors[row, targets], error[row, targets] = value, wrong
+    factors, error = factors[wanted], error[wanted]
     return FormFactors(factors, 1 - factors.sum(axis=1), error, time.perf_counter() - start, counts)
 
 

@@ -81,6 +81,14 @@ def test_seed_room_against_its_exact_values(rtol, within):
     assert (f.error[0, 1:] > wrong * known - 1e-10).all() and f.error.max() < rtol and f.counts["sampled"] == 0
 
 
+def test_rows_alone_are_those_of_the_whole():
+    scene = scene_of([*cube_planes(), Sphere.at((0.5, 0, 0), 1)])
+    whole, some = form_factors(scene, 1e-3), form_factors(scene, 1e-3, rows=[6, 0])
+    assert (some.F == whole.F[[6, 0]]).all() and (some.background == whole.background[[6, 0]]).all()
+    with pytest.raises(SceneError, match="rows"):
+        form_factors(scene, 1e-3, rows=[7])
+
+
 def test_kinks_of_tilted_planes_and_ellipsoids():
     """The rule broken at the kinks agrees with cells split again and again, and tells its own error."""
     egg = np.array([[0.5, 0.1, 0, 0.1], [0, 0.3, 0.2, 0.0], [0, 0, 0.6, 0.2], [0, 0, 0, 1]])
