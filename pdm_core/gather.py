@@ -86,7 +86,7 @@ class Gather:
 
         tolerance (m,): of one link, in detail's units.
         """
-        step = int(np.clip(FACTORS // max(len(self.flat) + len(self.balls) + len(self.rooms), 1), 16, RECEIVERS))
+        step = int(np.clip(FACTORS // max(len(self.flat) + len(self.balls) + len(self.rooms), 1), 64, RECEIVERS))
         for start in range(0, len(points), step):
             part = slice(start, start + step)
             entries = []

@@ -26,7 +26,7 @@ LINK_SHARE = 0.2  # tolerance of one link, of the round's target
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
 CELL_NODES = 20  # that splitting a cell adds, with the neighbours that have to follow
-LIGHT_NODES = 0.6  # of all nodes: what direct light between them may take, lest none be left for the rest
+LIGHT_NODES = 0.6  # of the nodes to come: what direct light may take, lest none be left for the rest
 CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 REFINE_TO = 0.42  # a refinement leaves this part of the target in the leaves not split
@@ -380,8 +380,9 @@ class _State:
         return room > 0
 
     def room(self, share=1.0):
-        """How many cells may still be split, within this share of the memory."""
-        return int(max(share * MAX_NODES - len(self.sent.keys), 0)) // CELL_NODES
+        """How many cells may still be split, within this share of what memory the first nodes leave."""
+        first = self.plan.counts["nodes"]
+        return int(max(first + share * (MAX_NODES - first) - len(self.sent.keys), 0)) // CELL_NODES
 
     def split(self, cells):
         """Split these leaves of the field, and those of `sent` that would be coarser."""
