@@ -31,6 +31,14 @@ def divide(a, b):
     return np.divide(a, b, out=np.zeros(np.broadcast_shapes(np.shape(a), np.shape(b))), where=b != 0)
 
 
+def across(n):
+    """A unit vector (3, m) across each n (3, m); zero vectors stay zero."""
+    seed = np.zeros_like(n)
+    seed[np.argmin(np.abs(n), axis=0), np.arange(n.shape[1])] = 1.0
+    e = cross(seed, n)
+    return divide(e, np.sqrt(dot(e, e)))
+
+
 def clip_edges(p, q, height_p, height_q):
     """The part of each edge p -> q with height >= 0, and the chord that closes a convex loop of them.
 
@@ -149,7 +157,7 @@ def _circle_above_horizon(n, k0, k1, k2, start, end):
     above = (height >= 0) & (f1 > f0)
     total = np.where(above, _circle_integral(n, k0, k1, k2, f0, f1), 0.0).sum(axis=0)
     # a piece above the horizon that begins or ends on it: the angle of that point about n, on coming up and going down
-    e = _across(n)
+    e = across(n)
     g = cross(n, e)
 
     def turned(f):
@@ -159,14 +167,6 @@ def _circle_above_horizon(n, k0, k1, k2, start, end):
     rises, sinks = above & (f0 > low), above & (f1 < high)
     total += np.where(rises, turned(f0), 0.0).sum(axis=0) - np.where(sinks, turned(f1), 0.0).sum(axis=0)
     return direction * total
-
-
-def _across(n):
-    """A unit vector (3, m) across each n (3, m)."""
-    seed = np.zeros_like(n)
-    seed[np.argmin(np.abs(n), axis=0), np.arange(n.shape[1])] = 1.0
-    e = cross(seed, n)
-    return e / np.sqrt(dot(e, e))
 
 
 def _circle_integral(n, k0, k1, k2, f0, f1):

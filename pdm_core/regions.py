@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .closed_forms import clip_edges, cross, divide, dot
+from .closed_forms import across, clip_edges, cross, divide, dot
 from .numerics import gauss_legendre
 
 COINCIDENT = 1e-12  # sine of the angle below which two arcs count as one; the error made is of this size
@@ -52,11 +52,7 @@ class Ball:
         axis = divide(self.c, h)
         cos = np.sqrt(np.maximum((h - 1) * (h + 1), 0.0)) / np.maximum(h, 1.0)
         sin = 1 / np.maximum(h, 1.0)
-        # a frame (u, v, axis): u from the coordinate axis least along it (Duff 2017 fails only at -z, this nowhere)
-        least = np.argmin(np.abs(axis), axis=0)
-        seed = np.zeros_like(axis)
-        seed[least, np.arange(axis.shape[1])] = 1.0
-        u = _unit(cross(seed, axis))
+        u = across(axis)
         v = cross(axis, u)
         self.cos, self.sin, self.axis, self.u, self.v = cos, sin, axis, u, v
         self.conic = tuple(self.to_world(k) for k in (cos * axis, sin * u, sin * v))
@@ -143,9 +139,7 @@ def ball_source(ball, n):
 
 def sky_source(n):
     """Region of all directions above the horizon of n (3, m); its circle in three edges."""
-    least = np.zeros_like(n)
-    least[np.argmin(np.abs(n), axis=0), np.arange(n.shape[1])] = 1.0
-    u = _unit(cross(least, n))
+    u = across(n)
     v = cross(n, u)
     p = np.stack([u * np.cos(f) + v * np.sin(f) for f in (0.0, TURN / 3, 2 * TURN / 3)], axis=1)
     return Region(p, np.roll(p, -1, axis=1), np.stack([n] * 3, axis=1), n[:, None], None, np.ones(n.shape[1], bool))
