@@ -25,6 +25,7 @@ PAIRS = 2048  # of points and source planes whose cells are sorted out at once
 LINKS = 4096  # pairs whose form factors are computed between two signs of life
 AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
+SILENT = 3  # surfaces that send nothing whose factors it pays to find, to be spared one of a plane
 FACTORS = 1 << 13  # of whole surfaces in a block of rows: few large calls, but signs of life between
 ENTRIES = 1 << 20  # of a dense block of rows
 MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
@@ -77,6 +78,7 @@ class Gather:
         self.flat = sources[~factors.is_sphere[sources]]
         self.balls = sources[factors.is_sphere[sources] & ~factors.is_inside[sources]]
         self.rooms = sources[factors.is_inside[sources]]
+        self.silent = np.setdiff1d(factors.in_sight, sources)
         self.shape_u = np.array([s.shape.linear[:, 0] for s in factors.scene.surfaces])
         self.shape_v = np.array([s.shape.linear[:, 1] for s in factors.scene.surfaces])
         self.links = 0
@@ -114,16 +116,17 @@ class Gather:
             yield slice(start, start + size), rows.astype(np.float32).reshape(size, count)
 
     def _entries(self, x, n, own, detail, tol):
-        if len(self.flat):
-            yield from self._from_planes(x, n, own, detail, tol)
+        balls = np.zeros(len(x))
         if len(self.balls):
-            yield from self._from_balls(x, n, own, detail, tol)
+            balls = yield from self._from_balls(x, n, own, detail, tol)
+        if len(self.flat):
+            yield from self._from_planes(x, n, own, detail, tol, balls)
         if len(self.rooms):
             yield from self._from_rooms(x, n, own, detail, tol)
 
     # -- planes --------------------------------------------------------------------------------------------------
 
-    def _from_planes(self, x, n, own, detail, tol):
+    def _from_planes(self, x, n, own, detail, tol, balls):
         r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.flat, indexing="ij"))
         lifted, ahead = self.factors.facing(x[r], n[r], own[r], s)
         height = np.einsum("ni,ni->n", lifted - self.factors.origin[s], self.factors.front[s])
@@ -143,15 +146,46 @@ class Gather:
         if not links:
             return
         pair, node, weight, partial = (np.concatenate(part) for part in zip(*links))
-        # the samples share out what the pair exchanges; how much that is, is exact
         share = np.bincount(pair, weight.sum(axis=1), minlength=len(r))
-        hidden = np.flatnonzero(np.bincount(pair, partial, minlength=len(r)) > 0)
-        scale = np.ones(len(r))
-        for k in _parts(hidden, LINKS):
-            scale[k] = self.factors._visible(lifted[k], n[r[k]], own[r[k]], s[k], self.factors.corners[s[k]])
-            scale[k] = np.divide(scale[k], share[k], out=np.zeros(len(k)), where=share[k] > 0)
-            yield None
+        hidden = np.bincount(pair, partial, minlength=len(r)) > 0
+        scale = yield from self._scales(pairs, r, share, hidden, balls)
         yield r[pair], node, weight * scale[pair][:, None]
+
+    def _scales(self, pairs, r, share, hidden, balls):
+        """What the samples of pairs (receiver, plane) are to be multiplied by (p,): they share out what the pair
+        exchanges, share (p,) in all by them; how much that is, is exact where it is hidden (p,).
+
+        balls (m,): the factors of all balls together. Where all factors sum to 1 that tells the one of each
+        receiver's planes that the most shapes may hide.
+        """
+        scale, hidden = np.ones(len(r)), np.flatnonzero(hidden)
+        closed = self._closed(pairs, r, hidden, len(balls))
+        cost = (pairs.occluders[hidden] >= 0).sum(axis=1)
+        order = hidden[np.lexsort((cost, r[hidden]))]
+        last = np.diff(r[order], append=len(balls)) > 0
+        left = order[last & closed[r[order]]]
+        value = share.copy()
+        for k in _parts(np.setdiff1d(hidden, left), LINKS):
+            s = pairs.source[k]
+            value[k] = self.factors._visible(
+                pairs.points[k], pairs.normals[k], pairs.surface[k], s, self.factors.corners[s]
+            )
+            yield
+        value[left] = 0.0
+        x, n, own = pairs.points[left], pairs.normals[left], pairs.surface[left]
+        others = balls + np.bincount(r, value, minlength=len(balls))
+        others = others[r[left]] + self.factors.matrix(x, n, own, self.silent, False).sum(axis=1)
+        value[left] = np.maximum(1.0 - others, 0.0)
+        scale[hidden] = np.divide(value[hidden], share[hidden], out=np.zeros(len(hidden)), where=share[hidden] > 0)
+        return scale
+
+    def _closed(self, pairs, r, hidden, count):
+        """(count,) Whether all factors of a receiver are known to sum to 1."""
+        closed = np.zeros(count, bool)
+        if len(self.silent) <= SILENT:
+            first = hidden[np.unique(r[hidden], return_index=True)[1]]
+            closed[r[first]] = self.factors.enclosed(pairs.points[first], pairs.normals[first])
+        return closed
 
     def _rectangle(self, cells):
         """Corner (n, 3), edges (n, 3), (n, 3) in space."""
@@ -251,6 +285,7 @@ class Gather:
     # -- spheres -------------------------------------------------------------------------------------------------
 
     def _from_balls(self, x, n, own, detail, tol):
+        """Yields entries; returns the factors (m,) of all balls together."""
         r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.balls, indexing="ij"))
         factor = self.factors.pairs(x[r], n[r], own[r], s)
         lit = factor > 0
@@ -260,6 +295,7 @@ class Gather:
         for k, (rings, turns) in enumerate(_SIZES):
             for part in _parts(np.flatnonzero(size == k), 65536 // (rings * turns)):
                 yield self._sample_cone(x[r[part]], n[r[part]], s[part], factor[part], r[part], rings, turns)
+        return np.bincount(r, factor, minlength=len(x))
 
     def _sample_cone(self, x, n, s, factor, r, rings, turns):
         """Directions spread over the outline of ball s, in the space where it is round: (entries of one size)."""

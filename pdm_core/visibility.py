@@ -5,6 +5,7 @@ Bounding volumes and separating planes decide before any work per point; the res
 
 import numpy as np
 
+from .closed_forms import polygon_unoccluded
 from .scene import Sphere
 from .view import TOUCHING, ShapeTable, segment_blocked, visible_factors
 
@@ -12,6 +13,7 @@ BESIDE = TOUCHING  # of the scene's size: what reaches no further over a plane c
 STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
 LIFT = 1e-7  # of the scene's size: a point in a surface that it faces (contact) is taken this far off it
+CLOSED = 1e-6  # difference from 1 of what walls fill that counts as none: Blender's coordinates are single
 PAIRS = 1 << 16
 ENTRIES = 1 << 21  # (pair, shape) entries tested at once
 
@@ -32,7 +34,8 @@ class Shafts:
         self.inside = np.array([s.is_inside for s in scene.surfaces])
         # a plane with the whole scene on one side, a wall, comes between nothing
         wall = (self.low >= -self.eps).all(axis=1) | (self.high <= self.eps).all(axis=1)
-        self.obstacle = ~(self.is_plane & wall)
+        self.wall = self.is_plane & wall
+        self.obstacle = ~self.wall
 
     def _heights(self):
         """(shapes, shapes) m: least and greatest height of shape k over the plane of shape p (0, 0 for spheres p)."""
@@ -179,6 +182,25 @@ class Factors:
         self.front = np.array(
             [np.zeros(3) if isinstance(x.shape, Sphere) else x.sign * x.shape.normal for x in scene.surfaces]
         )
+        outward = ~shafts._not_behind(np.arange(len(scene))).any(axis=1)
+        self.in_sight = np.flatnonzero(~outward)  # surfaces that may be seen at all
+        self.walls = self._walls(self.in_sight)
+
+    def _walls(self, in_sight):
+        """Surfaces of walls, if every other shape has a surface wherever it can be seen; else none."""
+        wall, shape = self.shafts.wall, self.shafts.shape
+        sides = np.zeros((len(self.scene.shapes), 2), bool)
+        sides[shape, (self.shafts.sign > 0).astype(int)] = True
+        whole = np.where(self.shafts.is_plane, sides.all(axis=1), sides[:, 1]) | wall
+        return in_sight[wall[shape[in_sight]]] if whole.all() and not self.is_inside.any() else in_sight[:0]
+
+    def enclosed(self, points, normals):
+        """(m,) Whether walls fill all that points (m, 3) would see of them, so that all their factors sum to 1."""
+        r, s = (a.ravel() for a in np.meshgrid(np.arange(len(points)), self.walls, indexing="ij"))
+        ahead = np.einsum("ni,ni->n", points[r] - self.origin[s], self.front[s]) > 0
+        r, s = r[ahead], s[ahead]
+        free = np.bincount(r, polygon_unoccluded(points[r], normals[r], self.corners[s]), minlength=len(points))
+        return np.abs(free - 1) < CLOSED
 
     def facing(self, points, normals, surface, source):
         """Pairs (m,): points, lifted off planes that their spheres touch, and whether they are before the source."""
@@ -247,7 +269,7 @@ class Factors:
             value[k] = self.pairs(points[r[k]], normals[r[k]], surface[r[k]], s[k])
         ends = np.cumsum([len(part) * len(wanted) for part, wanted in zip(parts, sources)])
         for rows, part, some in zip(out, parts, np.split(value, ends[:-1])):
-            rows[:, :-1] = some.reshape(len(part), -1)
+            rows[:, :-1] = some.reshape(rows.shape[0], rows.shape[1] - 1)
             if background:
                 rows[:, -1] = self.escaping(points[part], normals[part], surface[part])
         return out
