@@ -8,7 +8,7 @@ from collections import Counter
 
 import numpy as np
 
-from .closed_forms import divide, dot, polygon_unoccluded, sphere_unoccluded
+from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded
 from .numerics import gauss_legendre
 from .regions import (
     Ball,
@@ -27,7 +27,7 @@ from .scene import Sphere
 TOUCHING = 1e-6
 IN_PLANE = 1e-9  # height over a polygon, relative to its size, at which it is seen edge-on: a point by a wall is not
 BATCH = 32768  # pairs whose candidates are sifted at once
-GROUP = 8192  # (pair, region) entries in one contour integral
+GROUP = 32768  # (pair, region) entries in one contour integral
 OVERLAPS = 1 << 18  # pairs of occluders compared at once
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
 FEW = 512  # rows worth a group of their own: below, the calls cost more than the padding
@@ -271,6 +271,20 @@ def _against_dome(table, dome, ball_of=None, polygon_of=None):
     return ~beyond & (far > 1 + TOUCHING), beyond
 
 
+def _near_boundary(table, x, n, corners, occluder):
+    """(m,) False for balls that no plane through the point and an edge of the polygon, or the horizon, comes near."""
+    near = np.ones(len(occluder), bool)
+    if corners is None:
+        return near
+    ball = np.nonzero(table.is_ball[occluder])[0]
+    d, reach = table.origin[:, occluder[ball]] - x[:, ball], (1 + TOUCHING) * table.bound[occluder[ball]]
+    near[ball] = np.abs(dot(n[:, ball], d)) <= reach
+    for k in range(4):
+        side = cross(corners[:, k, ball], corners[:, (k + 1) % 4, ball])
+        near[ball] |= np.abs(dot(side, d)) <= reach * np.sqrt(dot(side, side))
+    return near
+
+
 def _overlapping(table, x, pair, occluder):
     """Entries (pair, occluder), sorted by pair, that overlap another of the same pair: indices (entry, other entry)."""
     d, r = table.origin[:, occluder] - x[:, pair], table.bound[occluder]
@@ -398,13 +412,14 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
     entry = sifted.active & lit[pair]
     pair, occluder = pair[entry], occluder[entry]
     out = np.zeros(m)
-    hidden = np.bincount(pair, minlength=m) > 0
-    free = np.nonzero(lit & ~hidden)[0]
-    out[free] = _unoccluded(table, *pick(free))
-    counts["free"] += len(free)
-    counts["exact"] += int(hidden.sum())
+    hidden = int((np.bincount(pair, minlength=m) > 0).sum())
+    counts["free"] += int(lit.sum()) - hidden
+    counts["exact"] += hidden
     # the source's own boundary outside all occluders
-    for group, slots in _groups(table, m, pair, occluder):
+    near = _near_boundary(table, x[:, pair], n[:, pair], None if corners is None else corners[:, :, pair], occluder)
+    whole = np.nonzero(lit & (np.bincount(pair[near], minlength=m) == 0))[0]
+    out[whole] = _unoccluded(table, *pick(whole))
+    for group, slots in _groups(table, m, pair[near], occluder[near]):
         xs, ns, *rest = pick(group)
         out[group] += source_integral(ns, _source(table, xs, ns, *rest), _regions(table, xs, rest[1], slots))
     # each occluder's boundary inside the source and outside the other occluders that it meets in the view

@@ -5,7 +5,7 @@ Bounding volumes and separating planes decide before any work per point; the res
 
 import numpy as np
 
-from .closed_forms import polygon_unoccluded
+from .closed_forms import divide, dot, polygon_unoccluded
 from .scene import Sphere
 from .view import TOUCHING, ShapeTable, segment_blocked, visible_factors
 
@@ -138,14 +138,16 @@ class Shafts:
         """
         link, slot = np.nonzero(occluders >= 0)
         shape = occluders[link, slot]
-        axis, offset = centre[link] - points[link], self.centre[shape] - points[link]
-        length = np.sqrt(np.einsum("ni,ni->n", axis, axis))
-        along = np.einsum("ni,ni->n", axis, offset) / np.maximum(length, 1e-300)
-        across2 = np.maximum(np.einsum("ni,ni->n", offset, offset) - along**2, 0.0)
-        sine = np.minimum(radius[link] / np.maximum(length, 1e-300), 1.0)
-        reach = self.radius[shape]
-        keep = np.sqrt(across2) * np.sqrt(1 - sine**2) - along * sine <= reach * (1 + 1e-9)
-        keep &= (along > -reach) & (along < length + radius[link] + reach)
+        # there are many more entries than links: what belongs to a link is found before
+        axis = np.ascontiguousarray((centre - points).T)
+        length = np.sqrt(dot(axis, axis))
+        axis, sine = divide(axis, length), np.minimum(radius / np.maximum(length, 1e-300), 1.0)
+        cosine, end = np.sqrt(1 - sine**2), length + radius
+        offset = self.table.origin[:, shape] - np.ascontiguousarray(points.T)[:, link]
+        along, reach = dot(axis[:, link], offset), self.radius[shape]
+        across = np.sqrt(np.maximum(dot(offset, offset) - along**2, 0.0))
+        keep = across * cosine[link] - along * sine[link] <= reach * (1 + 1e-9)
+        keep &= (along > -reach) & (along < end[link] + reach)
         return link[keep], shape[keep]
 
     def hides(self, points, steps, shape):
