@@ -145,10 +145,11 @@ def _separate(table, a, b):
 
 
 class _Sifted:
-    """Which (pair, occluder) entries matter: active; pairs that get nothing: dark; pairs left to sampling: crossing."""
+    """Which (pair, occluder) entries matter: active, and may hide the source's boundary: near; pairs that get nothing:
+    dark; pairs left to sampling: crossing."""
 
     def __init__(self, count, entries):
-        self.active = np.zeros(entries, bool)
+        self.active, self.near = np.zeros(entries, bool), np.ones(entries, bool)
         self.dark, self.crossing = np.zeros(count, bool), np.zeros(count, bool)
 
 
@@ -173,6 +174,18 @@ def _cones_apart(table, x, shape, centre, radius):
     return outside & (dot(d, e) < cosine - 1e-9 * np.sqrt(dd * ee))
 
 
+def _over_edges(table, x, corners, shape):
+    """Least height (m,) of shapes over the planes through the point and the edges of the polygon, in their bounding
+    radii: below -1 the shape is beside the polygon in the view, above 1 no edge comes near it."""
+    d, middle = table.origin[:, shape] - x, corners[:, 0] + corners[:, 2]
+    least = np.full(len(shape), np.inf)
+    for k in range(4):
+        side = cross(corners[:, k], corners[:, (k + 1) % 4])
+        height = divide(dot(side, d), np.sqrt(dot(side, side)))
+        least = np.minimum(least, np.where(dot(side, middle) < 0, -height, height))
+    return least / table.bound[shape]
+
+
 def _sift(table, x, n, source, corners, pair, occluder, sky):
     """Decide every (pair, occluder) entry; x, n, corners and source are per pair, pair and occluder per entry."""
     sifted = _Sifted(x.shape[1], len(pair))
@@ -185,6 +198,13 @@ def _sift(table, x, n, source, corners, pair, occluder, sky):
     else:
         e = table.origin[:, source[pair]], table.bound[source[pair]]
     keep = _may_overlap(table, x[:, pair], n[:, pair], occluder, *e) & (occluder != source[pair])
+    if corners is not None:
+        entry = np.nonzero(keep)[0]
+        p, shape = pair[entry], occluder[entry]
+        height = _over_edges(table, x[:, p], corners[:, :, p], shape)
+        keep[entry] = height > -1 - TOUCHING
+        horizon = dot(n[:, p], table.origin[:, shape] - x[:, p]) / table.bound[shape]
+        sifted.near[entry] = ~table.is_ball[shape] | (np.minimum(height, horizon) < 1 + TOUCHING)
     for is_ball, decide in ((True, _sift_balls), (False, _sift_polygons)):
         entry = np.nonzero(keep & (table.is_ball[occluder] == is_ball))[0]
         if len(entry):
@@ -269,20 +289,6 @@ def _against_dome(table, dome, ball_of=None, polygon_of=None):
         far, near = distance + reach, distance - reach
     beyond = (near >= 1 - TOUCHING) | (index == dome)
     return ~beyond & (far > 1 + TOUCHING), beyond
-
-
-def _near_boundary(table, x, n, corners, occluder):
-    """(m,) False for balls that no plane through the point and an edge of the polygon, or the horizon, comes near."""
-    near = np.ones(len(occluder), bool)
-    if corners is None:
-        return near
-    ball = np.nonzero(table.is_ball[occluder])[0]
-    d, reach = table.origin[:, occluder[ball]] - x[:, ball], (1 + TOUCHING) * table.bound[occluder[ball]]
-    near[ball] = np.abs(dot(n[:, ball], d)) <= reach
-    for k in range(4):
-        side = cross(corners[:, k, ball], corners[:, (k + 1) % 4, ball])
-        near[ball] |= np.abs(dot(side, d)) <= reach * np.sqrt(dot(side, side))
-    return near
 
 
 def _overlapping(table, x, pair, occluder):
@@ -416,7 +422,7 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
     counts["free"] += int(lit.sum()) - hidden
     counts["exact"] += hidden
     # the source's own boundary outside all occluders
-    near = _near_boundary(table, x[:, pair], n[:, pair], None if corners is None else corners[:, :, pair], occluder)
+    near = sifted.near[entry]
     whole = np.nonzero(lit & (np.bincount(pair[near], minlength=m) == 0))[0]
     out[whole] = _unoccluded(table, *pick(whole))
     for group, slots in _groups(table, m, pair[near], occluder[near]):
