@@ -132,7 +132,9 @@ class Gather:
         height = np.einsum("ni,ni->n", lifted - self.factors.origin[s], self.factors.front[s])
         r, s, lifted, height = r[ahead], s[ahead], lifted[ahead], height[ahead]
         # receivers of the frontier are (point, source plane) pairs: a lifted point belongs to one plane only
-        pairs = _Pairs(lifted, n[r], height, tol[r], own[r], s, self.factors.shafts.for_pairs(lifted, own[r], s))
+        shafts = self.factors.shafts
+        occluders = shafts.in_view(lifted, n[r], self.factors.corners[s], shafts.for_pairs(lifted, own[r], s))
+        pairs = _Pairs(lifted, n[r], height, tol[r], own[r], s, occluders)
         links = []
         for start in range(0, len(r), PAIRS):
             chunk = np.arange(start, min(start + PAIRS, len(r)))
@@ -167,9 +169,8 @@ class Gather:
         value = share.copy()
         for k in _parts(np.setdiff1d(hidden, left), LINKS):
             s = pairs.source[k]
-            value[k] = self.factors._visible(
-                pairs.points[k], pairs.normals[k], pairs.surface[k], s, self.factors.corners[s]
-            )
+            x, n, own = pairs.points[k], pairs.normals[k], pairs.surface[k]
+            value[k] = self.factors._visible(x, n, own, s, self.factors.corners[s], occluders=pairs.occluders[k])
             yield
         value[left] = 0.0
         x, n, own = pairs.points[left], pairs.normals[left], pairs.surface[left]

@@ -174,15 +174,16 @@ def _cones_apart(table, x, shape, centre, radius):
     return outside & (dot(d, e) < cosine - 1e-9 * np.sqrt(dd * ee))
 
 
-def _over_edges(table, x, corners, shape):
-    """Least height (m,) of shapes over the planes through the point and the edges of the polygon, in their bounding
-    radii: below -1 the shape is beside the polygon in the view, above 1 no edge comes near it."""
-    d, middle = table.origin[:, shape] - x, corners[:, 0] + corners[:, 2]
+def over_edges(table, x, corners, pair, shape):
+    """Least height of shapes (e,) over the planes through the points x (3, m) of their pair (e,) and the edges of the
+    pair's polygon (3, 4, m) relative to it, in their bounding radii: below -1 the shape is beside the polygon in the
+    view, above 1 no edge comes near it."""
+    d, middle = table.origin[:, shape] - x[:, pair], corners[:, 0] + corners[:, 2]
     least = np.full(len(shape), np.inf)
     for k in range(4):
         side = cross(corners[:, k], corners[:, (k + 1) % 4])
-        height = divide(dot(side, d), np.sqrt(dot(side, side)))
-        least = np.minimum(least, np.where(dot(side, middle) < 0, -height, height))
+        side = divide(side, np.copysign(np.sqrt(dot(side, side)), dot(side, middle)))
+        least = np.minimum(least, dot(side[:, pair], d))
     return least / table.bound[shape]
 
 
@@ -201,7 +202,7 @@ def _sift(table, x, n, source, corners, pair, occluder, sky):
     if corners is not None:
         entry = np.nonzero(keep)[0]
         p, shape = pair[entry], occluder[entry]
-        height = _over_edges(table, x[:, p], corners[:, :, p], shape)
+        height = over_edges(table, x, corners, p, shape)
         keep[entry] = height > -1 - TOUCHING
         horizon = dot(n[:, p], table.origin[:, shape] - x[:, p]) / table.bound[shape]
         sifted.near[entry] = ~table.is_ball[shape] | (np.minimum(height, horizon) < 1 + TOUCHING)

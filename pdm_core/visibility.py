@@ -7,7 +7,7 @@ import numpy as np
 
 from .closed_forms import divide, dot, polygon_unoccluded
 from .scene import Sphere
-from .view import TOUCHING, ShapeTable, segment_blocked, visible_factors
+from .view import TOUCHING, ShapeTable, over_edges, segment_blocked, visible_factors
 
 BESIDE = TOUCHING  # of the scene's size: what reaches no further over a plane counts as not crossing it
 STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
@@ -15,6 +15,7 @@ NEAR = 1 / 12  # of the scene's size: points so near each other share their cand
 LIFT = 1e-7  # of the scene's size: a point in a surface that it faces (contact) is taken this far off it
 CLOSED = 1e-6  # difference from 1 of what walls fill that counts as none: Blender's coordinates are single
 PAIRS = 1 << 16
+VIEWS = 1 << 18  # (point, shape) entries compared with a polygon's edges at once
 ENTRIES = 1 << 21  # (pair, shape) entries tested at once
 
 
@@ -101,17 +102,13 @@ class Shafts:
         """Surfaces a, b (p,), around as in may_hide -> candidate occluders (p, width), shape indices padded with -1."""
         if not self.obstacle.any() and (a >= 0).all():
             return np.zeros((len(a), 0), int)
-        lists = []
+        lists = [np.zeros((0, 0), int)]
         step = max(1, ENTRIES // len(self.radius))
         for start in range(0, len(a), step):
             part = slice(start, start + step)
             keep = self.may_hide(a[part], b[part], around and [value[part] for value in around])
-            width = keep.sum(axis=1).max(initial=0)
-            order = np.argsort(~keep, axis=1, kind="stable")[:, :width]
-            lists.append(np.where(np.take_along_axis(keep, order, 1), order, -1))
-        width = max((part.shape[1] for part in lists), default=0)
-        padded = [np.pad(part, ((0, 0), (0, width - part.shape[1])), constant_values=-1) for part in lists]
-        return np.concatenate(padded) if padded else np.zeros((0, 0), int)
+            lists.append(_padded(len(keep), *np.nonzero(keep)))
+        return _stacked(lists)
 
     def for_pairs(self, points, a, b):
         """As candidates, for many points (n, 3) m on surfaces a (n,): those of one surface that lie near each other
@@ -130,6 +127,21 @@ class Shafts:
         pair, back = np.unique(group * len(self.shape) + b, return_inverse=True)
         group, b = pair // len(self.shape), pair % len(self.shape)
         return self.candidates(a[first[group]], b, [centre[group], radius[group]])[back.reshape(-1)]
+
+    def in_view(self, points, normals, corners, occluders):
+        """Of candidates (n, k) those that points (n, 3) with normals (n, 3) may see before polygons (n, 4, 3)."""
+        lists = [np.zeros((0, 0), int)]
+        step = max(1, VIEWS // max(occluders.shape[1], 1))
+        for start in range(0, len(points), step):
+            part = slice(start, start + step)
+            x, n = np.ascontiguousarray(points[part].T), np.ascontiguousarray(normals[part].T)
+            around = np.ascontiguousarray(np.transpose(corners[part], (2, 1, 0))) - x[:, None]
+            pair, slot = np.nonzero(occluders[part] >= 0)
+            shape = occluders[part][pair, slot]
+            keep = over_edges(self.table, x, around, pair, shape) > -1 - TOUCHING
+            keep &= dot(n[:, pair], self.table.origin[:, shape] - x[:, pair]) > -self.radius[shape]
+            lists.append(_padded(len(x[0]), pair[keep], shape[keep]))
+        return _stacked(lists)
 
     def between(self, points, centre, radius, occluders):
         """Shapes that can come between points (n, 3) and spheres (n, 3), (n,): pairs (n index, shape), sorted.
@@ -167,6 +179,20 @@ class Shafts:
             if len(valid):
                 blocked[..., valid] |= segment_blocked(self.table, x[..., valid], d[..., valid], shape[valid])
         return np.moveaxis(~blocked, 2, 0)
+
+
+def _padded(count, row, value):
+    """Values of rows (ascending) as an array (count, width), padded with -1."""
+    number = np.bincount(row, minlength=count)
+    out = np.full((count, number.max(initial=0)), -1)
+    out[row, np.arange(len(row)) - (np.cumsum(number) - number)[row]] = value
+    return out
+
+
+def _stacked(lists):
+    """Arrays of several widths, padded with -1, as one."""
+    width = max(part.shape[1] for part in lists)
+    return np.concatenate([np.pad(p, ((0, 0), (0, width - p.shape[1])), constant_values=-1) for p in lists])
 
 
 class Factors:
@@ -238,10 +264,11 @@ class Factors:
         local = np.einsum("nij,nj->ni", self.inverse[source], points - self.origin[source])
         return np.einsum("ni,ni->n", local, local) < 1 + 1e-9
 
-    def _visible(self, points, normals, surface, source, corners=None, sky=False):
+    def _visible(self, points, normals, surface, source, corners=None, sky=False, occluders=None):
         if not len(points):
             return np.zeros(0)
-        occluders = self.shafts.for_pairs(points, surface, source)
+        if occluders is None:
+            occluders = self.shafts.for_pairs(points, surface, source)
         shape = self.shafts.shape[source]
         return visible_factors(self.shafts.table, points, normals, shape, corners, occluders, sky, self.counts)
 
