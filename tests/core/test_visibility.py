@@ -1,0 +1,83 @@
+"""What may stand in the way: candidates that are dropped hide nothing, and rooms that walls enclose are told apart."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from rooms import both_sides, cube_planes, scene_of
+from test_view import BALLS, ELLIPSOIDS, SCREENS, floor_points, free_points
+
+from pdm_core import Scene, Sphere, Surface
+from pdm_core.field import Field
+from pdm_core.gather import Detail, Gather
+from pdm_core.visibility import Factors, Shafts
+
+ROOM = [Surface(plane, 0.5) for plane in cube_planes()]
+BALL = [Surface(BALLS[0], 0.5), Surface(BALLS[1], 0.5), Surface(BALLS[2])]  # the last is black
+
+
+def factors_of(surfaces):
+    scene = Scene(surfaces)
+    return Factors(scene, Shafts(scene), Counter())
+
+
+def test_candidates_beside_the_source_hide_none_of_it():
+    shapes = cube_planes() + BALLS[2:] + SCREENS + ELLIPSOIDS
+    shafts = Shafts(scene_of(shapes))
+    points, normals = free_points(shapes, 400)
+    rng, count = np.random.default_rng(2), len(points)
+    wall = rng.integers(0, 6, count)
+    corners = np.array([shapes[k].corners for k in wall])
+    everything = np.tile(np.arange(6, len(shapes)), (count, 1))
+    kept = shafts.in_view(points, normals, corners, everything)
+    dropped = ~(everything[:, :, None] == kept[:, None]).any(axis=2)
+    place = rng.random((count, 6, 6, 2))
+    target = corners[:, None, None, 0] + sum(
+        place[..., i : i + 1] * (corners[:, j] - corners[:, 0])[:, None, None] for i, j in ((0, 1), (1, 3))
+    )
+    steps = target - points[:, None, None]
+    ahead = np.einsum("nabi,ni->nab", steps, normals) > 0
+    pair, slot = np.indices(everything.shape)
+    pair, shape = pair.ravel(), everything[pair.ravel(), slot.ravel()]
+    hidden = (shafts.hides(points[pair], steps[pair], shape) & ahead[pair]).any(axis=(1, 2))
+    dropped = dropped.ravel()
+    assert not (hidden & dropped).any()
+    assert hidden.sum() > 100 and dropped.sum() > 2 * hidden.sum()
+
+
+@pytest.mark.parametrize(
+    "surfaces, closed",
+    [
+        (ROOM + BALL, True),
+        (ROOM[:1] + ROOM[2:] + BALL, False),  # no ceiling
+        (ROOM + both_sides(SCREENS[0]), True),
+        (ROOM + [Surface(SCREENS[0])], False),  # what sees its back sees no surface
+        (ROOM + [Surface(cube_planes()[1])] + BALL, False),  # the ceiling twice
+        (ROOM + [Surface(Sphere.at((0, 0, 1.0), 0.5), side="back")], False),
+    ],
+    ids=["balls", "open", "screen", "one-sided screen", "double wall", "hollow"],
+)
+def test_rooms_that_walls_enclose(surfaces, closed):
+    factors = factors_of(surfaces)
+    assert (factors.enclosed(*floor_points(50)) == closed).all()
+
+
+def test_the_sum_of_all_factors_gives_one_of_them():
+    factors = factors_of(ROOM + BALL)
+    field = Field(factors.scene)
+    points, normals = floor_points(200)
+    own, sources = np.zeros(200, int), np.arange(8)
+    flat = Detail(np.zeros(len(field.level)), np.zeros(len(field.level)), np.ones(9))
+
+    def received():
+        factors.counts.clear()
+        blocks = Gather(field, factors, sources).blocks(points, normals, own, flat, np.full(200, 0.1))
+        rows = np.concatenate([block[1] for block in blocks if block])
+        return rows @ (field.node_surface[:, None] == sources), factors.counts["exact"]
+
+    by_sum, fewer = received()
+    factors.walls = factors.walls[:0]
+    by_contour, more = received()
+    exact = factors.matrix(points, normals, own, sources, False)[:, :-1]
+    assert np.abs(by_contour - exact).max() < 1e-6  # rows are kept in single precision
+    assert np.abs(by_sum - exact).max() < 1e-6 and fewer < more
