@@ -288,7 +288,10 @@ class Gather:
     def _from_balls(self, x, n, own, detail, tol):
         """Yields entries; returns the factors (m,) of all balls together."""
         r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.balls, indexing="ij"))
-        factor = self.factors.pairs(x[r], n[r], own[r], s)
+        factor = np.empty(len(r))
+        for k in _parts(np.arange(len(r)), LINKS):
+            factor[k] = self.factors.pairs(x[r[k]], n[r[k]], own[r[k]], s[k])
+            yield None
         lit = factor > 0
         r, s, factor = r[lit], s[lit], factor[lit]
         error = factor * detail.surface[s] / np.maximum(tol[r], 1e-300)

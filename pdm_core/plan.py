@@ -36,9 +36,11 @@ def plan(scene, shafts=None):
     pairs, free, apart = 0, 0, 0
     everyone = np.arange(len(scene))
     for a in everyone:  # one row of pairs at a time bounds the memory
-        hidden = shafts.may_hide(np.full(len(scene), a), everyone).any(axis=1)
-        sees = shafts.may_see(a)
-        pairs, free, apart = pairs + len(scene), free + int((sees & ~hidden).sum()), apart + int((~sees).sum())
+        seen = everyone[shafts.may_see(a)]
+        pairs, apart = pairs + len(scene), apart + len(scene) - len(seen)
+        seen = seen[seen >= a]  # what may hide is the same both ways
+        hidden = shafts.may_hide(np.full(len(seen), a), seen).any(axis=1)
+        free += int((~hidden * np.where(seen > a, 2, 1)).sum())
     nodes = sum(FIRST[type(surface.shape)] for surface in scene.surfaces)
     most = 4e-6 * MAX_NODES**2
     result = Plan(reached=reached)
