@@ -170,13 +170,14 @@ class Gather:
         for k in _parts(np.setdiff1d(hidden, left), LINKS):
             s = pairs.source[k]
             x, n, own = pairs.points[k], pairs.normals[k], pairs.surface[k]
-            value[k] = self.factors._visible(x, n, own, s, self.factors.corners[s], occluders=pairs.occluders[k])
+            value[k] = self.factors.visible(x, n, own, s, self.factors.corners[s], occluders=pairs.occluders[k])
             yield
         value[left] = 0.0
         x, n, own = pairs.points[left], pairs.normals[left], pairs.surface[left]
         others = balls + np.bincount(r, value, minlength=len(balls))
         others = others[r[left]] + self.factors.matrix(x, n, own, self.silent, False).sum(axis=1)
         value[left] = np.maximum(1.0 - others, 0.0)
+        self.factors.counts["from the sum"] += len(left)
         scale[hidden] = np.divide(value[hidden], share[hidden], out=np.zeros(len(hidden)), where=share[hidden] > 0)
         return scale
 

@@ -250,21 +250,22 @@ class Factors:
         above = np.einsum("nki,ni->nk", self.corners[source[flat]] - lifted[:, None], normals[flat]).max(axis=1) > 0
         keep = ahead & above
         flat, lifted = flat[keep], lifted[keep]
-        out[flat] = self._visible(lifted, normals[flat], surface[flat], source[flat], self.corners[source[flat]])
+        out[flat] = self.visible(lifted, normals[flat], surface[flat], source[flat], self.corners[source[flat]])
         ball = np.flatnonzero(self.is_sphere[source] & ~self.is_inside[source] & (surface != source))
-        out[ball] = self._visible(points[ball], normals[ball], surface[ball], source[ball])
+        out[ball] = self.visible(points[ball], normals[ball], surface[ball], source[ball])
         room = np.flatnonzero(self.is_inside[source])
         room = room[(surface[room] == source[room]) | self.inside(points[room], source[room])]
         for s in np.unique(source[room]):
             part = room[source[room] == s]
-            out[part] = self._visible(points[part], normals[part], surface[part], source[part], sky=True)
+            out[part] = self.visible(points[part], normals[part], surface[part], source[part], sky=True)
         return out
 
     def inside(self, points, source):
         local = np.einsum("nij,nj->ni", self.inverse[source], points - self.origin[source])
         return np.einsum("ni,ni->n", local, local) < 1 + 1e-9
 
-    def _visible(self, points, normals, surface, source, corners=None, sky=False, occluders=None):
+    def visible(self, points, normals, surface, source, corners=None, sky=False, occluders=None):
+        """Factors (m,) of sources that the points are before, or in; occluders (m, k): candidates, if known."""
         if not len(points):
             return np.zeros(0)
         if occluders is None:
