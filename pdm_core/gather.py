@@ -78,7 +78,7 @@ class Gather:
         self.flat = sources[~factors.is_sphere[sources]]
         self.balls = sources[factors.is_sphere[sources] & ~factors.is_inside[sources]]
         self.rooms = sources[factors.is_inside[sources]]
-        self.silent = np.setdiff1d(factors.in_sight, sources)
+        self.silent = np.setdiff1d(factors.shafts.in_sight, sources)
         self.shape_u = np.array([s.shape.linear[:, 0] for s in factors.scene.surfaces])
         self.shape_v = np.array([s.shape.linear[:, 1] for s in factors.scene.surfaces])
         self.links = 0
@@ -186,7 +186,7 @@ class Gather:
         closed = np.zeros(count, bool)
         if len(self.silent) <= SILENT:
             first = hidden[np.unique(r[hidden], return_index=True)[1]]
-            closed[r[first]] = self.factors.enclosed(pairs.points[first], pairs.normals[first])
+            closed[r[first]] = self.factors.shafts.enclosed(pairs.points[first], pairs.normals[first])
         return closed
 
     def _rectangle(self, cells):

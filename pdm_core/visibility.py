@@ -37,6 +37,32 @@ class Shafts:
         wall = (self.low >= -self.eps).all(axis=1) | (self.high <= self.eps).all(axis=1)
         self.wall = self.is_plane & wall
         self.obstacle = ~self.wall
+        outward = ~self._not_behind(np.arange(len(self.shape))).any(axis=1)
+        self.in_sight = np.flatnonzero(~outward)  # surfaces that may be seen at all
+        self.walls = self._walls()
+
+    def _walls(self):
+        """Surfaces of walls, if every other shape has a surface wherever it can be seen; else none."""
+        sides = np.zeros((len(self.is_plane), 2), bool)
+        sides[self.shape, (self.sign > 0).astype(int)] = True
+        whole = np.where(self.is_plane, sides.all(axis=1), sides[:, 1]) | self.wall
+        if not whole.all() or self.inside.any():
+            return self.in_sight[:0]
+        return self.in_sight[self.wall[self.shape[self.in_sight]]]
+
+    def enclosed(self, points, normals):
+        """(m,) Whether walls fill all that points (m, 3) would see of them, so that all their factors sum to 1."""
+        r, s = (a.ravel() for a in np.meshgrid(np.arange(len(points)), self.walls, indexing="ij"))
+        shape = self.shape[s]
+        height = np.einsum("ni,ni->n", points[r] - self.centre[shape], self.normal[shape]) * self.sign[s]
+        r, corners = r[height > 0], self.table.corners.transpose(2, 1, 0)[shape[height > 0]]
+        free = np.bincount(r, polygon_unoccluded(points[r], normals[r], corners), minlength=len(points))
+        return np.abs(free - 1) < CLOSED
+
+    def closed(self):
+        """Whether walls enclose the scene: all around its middle."""
+        middle = self.centre.mean(axis=0)  # of what walls bound, which is convex
+        return bool(self.enclosed(np.tile(middle, (6, 1)), np.concatenate([np.eye(3), -np.eye(3)])).all())
 
     def _heights(self):
         """(shapes, shapes) m: least and greatest height of shape k over the plane of shape p (0, 0 for spheres p)."""
@@ -210,25 +236,6 @@ class Factors:
         self.front = np.array(
             [np.zeros(3) if isinstance(x.shape, Sphere) else x.sign * x.shape.normal for x in scene.surfaces]
         )
-        outward = ~shafts._not_behind(np.arange(len(scene))).any(axis=1)
-        self.in_sight = np.flatnonzero(~outward)  # surfaces that may be seen at all
-        self.walls = self._walls(self.in_sight)
-
-    def _walls(self, in_sight):
-        """Surfaces of walls, if every other shape has a surface wherever it can be seen; else none."""
-        wall, shape = self.shafts.wall, self.shafts.shape
-        sides = np.zeros((len(self.scene.shapes), 2), bool)
-        sides[shape, (self.shafts.sign > 0).astype(int)] = True
-        whole = np.where(self.shafts.is_plane, sides.all(axis=1), sides[:, 1]) | wall
-        return in_sight[wall[shape[in_sight]]] if whole.all() and not self.is_inside.any() else in_sight[:0]
-
-    def enclosed(self, points, normals):
-        """(m,) Whether walls fill all that points (m, 3) would see of them, so that all their factors sum to 1."""
-        r, s = (a.ravel() for a in np.meshgrid(np.arange(len(points)), self.walls, indexing="ij"))
-        ahead = np.einsum("ni,ni->n", points[r] - self.origin[s], self.front[s]) > 0
-        r, s = r[ahead], s[ahead]
-        free = np.bincount(r, polygon_unoccluded(points[r], normals[r], self.corners[s]), minlength=len(points))
-        return np.abs(free - 1) < CLOSED
 
     def facing(self, points, normals, surface, source):
         """Pairs (m,): points, lifted off planes that their spheres touch, and whether they are before the source."""

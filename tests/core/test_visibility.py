@@ -10,15 +10,11 @@ from test_view import BALLS, ELLIPSOIDS, SCREENS, floor_points, free_points
 from pdm_core import Scene, Sphere, Surface
 from pdm_core.field import Field
 from pdm_core.gather import Detail, Gather
+from pdm_core.plan import plan
 from pdm_core.visibility import Factors, Shafts
 
 ROOM = [Surface(plane, 0.5) for plane in cube_planes()]
 BALL = [Surface(BALLS[0], 0.5), Surface(BALLS[1], 0.5), Surface(BALLS[2])]  # the last is black
-
-
-def factors_of(surfaces):
-    scene = Scene(surfaces)
-    return Factors(scene, Shafts(scene), Counter())
 
 
 def test_candidates_beside_the_source_hide_none_of_it():
@@ -58,13 +54,14 @@ def test_candidates_beside_the_source_hide_none_of_it():
     ids=["balls", "open", "screen", "one-sided screen", "double wall", "hollow"],
 )
 def test_rooms_that_walls_enclose(surfaces, closed):
-    factors = factors_of(surfaces)
-    assert (factors.enclosed(*floor_points(50)) == closed).all()
+    scene = Scene(surfaces)
+    assert (Shafts(scene).enclosed(*floor_points(50)) == closed).all()
+    assert ("walls enclose the scene" in str(plan(scene))) == closed
 
 
 def test_the_sum_of_all_factors_gives_one_of_them():
-    factors = factors_of(ROOM + BALL)
-    field = Field(factors.scene)
+    scene = Scene(ROOM + BALL)
+    factors, field = Factors(scene, Shafts(scene), Counter()), Field(scene)
     points, normals = floor_points(200)
     own, sources = np.zeros(200, int), np.arange(8)
     flat = Detail(np.zeros(len(field.level)), np.zeros(len(field.level)), np.ones(9))
@@ -76,7 +73,7 @@ def test_the_sum_of_all_factors_gives_one_of_them():
         return rows @ (field.node_surface[:, None] == sources), factors.counts.copy()
 
     by_sum, told = received()
-    factors.walls = factors.walls[:0]
+    factors.shafts.walls = np.zeros(0, int)
     by_contour, before = received()
     exact = factors.matrix(points, normals, own, sources, False)[:, :-1]
     assert np.abs(by_contour - exact).max() < 1e-6  # rows are kept in single precision
