@@ -25,7 +25,6 @@ PAIRS = 2048  # of points and source planes whose cells are sorted out at once
 LINKS = 4096  # pairs whose form factors are computed between two signs of life
 AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
-SILENT = 3  # surfaces that send nothing whose factors it pays to find, to be spared one of a plane
 FACTORS = 1 << 13  # of whole surfaces in a block of rows: few large calls, but signs of life between
 ENTRIES = 1 << 20  # of a dense block of rows
 MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
@@ -78,7 +77,7 @@ class Gather:
         self.flat = sources[~factors.is_sphere[sources]]
         self.balls = sources[factors.is_sphere[sources] & ~factors.is_inside[sources]]
         self.rooms = sources[factors.is_inside[sources]]
-        self.silent = np.setdiff1d(factors.shafts.in_sight, sources)
+        self.silent, self.sum_tells = factors.shafts.silent(sources), factors.shafts.sum_tells(sources)
         self.shape_u = np.array([s.shape.linear[:, 0] for s in factors.scene.surfaces])
         self.shape_v = np.array([s.shape.linear[:, 1] for s in factors.scene.surfaces])
         self.links = 0
@@ -184,7 +183,7 @@ class Gather:
     def _closed(self, pairs, r, hidden, count):
         """(count,) Whether all factors of a receiver are known to sum to 1."""
         closed = np.zeros(count, bool)
-        if len(self.silent) <= SILENT:
+        if self.sum_tells:
             first = hidden[np.unique(r[hidden], return_index=True)[1]]
             closed[r[first]] = self.factors.shafts.enclosed(pairs.points[first], pairs.normals[first])
         return closed

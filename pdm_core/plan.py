@@ -61,7 +61,8 @@ def plan(scene, shafts=None):
         say("no background light: directions that leave the scene are left out")
     say(f"pairs of surfaces left out because they face away from each other: {apart} of {pairs}")
     say(f"pairs of surfaces without visibility work because nothing can hide them: {free} of {pairs}")
-    if shafts.closed() and free < pairs - apart:
+    senders = np.flatnonzero(reached & (scene.reflectance > 0).any(axis=1))
+    if free < pairs - apart and shafts.sum_tells(senders) and shafts.closed():
         say("one hidden factor of each point comes from the sum of all, which is 1: walls enclose the scene")
     say(f"nodes: {nodes} at first, at most {MAX_NODES}; memory for the light between them: {most:.0f} MB")
     result.counts = {

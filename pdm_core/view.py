@@ -316,16 +316,21 @@ def _overlapping(table, x, pair, occluder):
     return e[order], other[order]
 
 
+def padded(count, row, value):
+    """Values of rows (ascending) as an array (count, width), padded with -1."""
+    number = np.bincount(row, minlength=count)
+    out = np.full((count, number.max(initial=0)), -1)
+    out[row, np.arange(len(row)) - (np.cumsum(number) - number)[row]] = value
+    return out
+
+
 def _groups(table, m, row, occluder):
     """Rows with their occluders (entries sorted by row) in groups of like numbers: (rows, slots (rows, k) padded)."""
     balls = table.is_ball[occluder]
     number = np.stack([np.bincount(row[kind], minlength=m) for kind in (~balls, balls)])
     slots = []
-    for kind, width in zip((~balls, balls), number):
-        r, o = row[kind], occluder[kind]
-        slot = np.full((m, max(width.max(initial=0), 1)), -1)
-        slot[r, np.arange(len(r)) - np.searchsorted(r, np.arange(m))[r]] = o
-        slots.append(slot)
+    for kind in (~balls, balls):
+        slots.append(padded(m, row[kind], occluder[kind]))
     order = np.lexsort(number)  # by balls, then by planes
     order = order[number[:, order].any(axis=0)]
     start = 0

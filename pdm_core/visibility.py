@@ -7,13 +7,14 @@ import numpy as np
 
 from .closed_forms import divide, dot, polygon_unoccluded
 from .scene import Sphere
-from .view import TOUCHING, ShapeTable, over_edges, segment_blocked, visible_factors
+from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, visible_factors
 
 BESIDE = TOUCHING  # of the scene's size: what reaches no further over a plane counts as not crossing it
 STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
 LIFT = 1e-7  # of the scene's size: a point in a surface that it faces (contact) is taken this far off it
 CLOSED = 1e-6  # difference from 1 of what walls fill that counts as none: Blender's coordinates are single
+SILENT = 3  # surfaces that send nothing whose factors it pays to find, to be spared one of a plane
 PAIRS = 1 << 16
 VIEWS = 1 << 18  # (point, shape) entries compared with a polygon's edges at once
 ENTRIES = 1 << 21  # (pair, shape) entries tested at once
@@ -58,6 +59,14 @@ class Shafts:
         r, corners = r[height > 0], self.table.corners.transpose(2, 1, 0)[shape[height > 0]]
         free = np.bincount(r, polygon_unoccluded(points[r], normals[r], corners), minlength=len(points))
         return np.abs(free - 1) < CLOSED
+
+    def silent(self, senders):
+        """Surfaces in sight other than the senders: the sum of all factors needs theirs too."""
+        return np.setdiff1d(self.in_sight, senders)
+
+    def sum_tells(self, senders):
+        """Whether it pays to take a factor of one of the senders from the sum, where walls enclose a point."""
+        return bool(len(self.walls) and len(senders) and len(self.silent(senders)) <= SILENT)
 
     def closed(self):
         """Whether walls enclose the scene: all around its middle."""
@@ -133,7 +142,7 @@ class Shafts:
         for start in range(0, len(a), step):
             part = slice(start, start + step)
             keep = self.may_hide(a[part], b[part], around and [value[part] for value in around])
-            lists.append(_padded(len(keep), *np.nonzero(keep)))
+            lists.append(padded(len(keep), *np.nonzero(keep)))
         return _stacked(lists)
 
     def for_pairs(self, points, a, b):
@@ -166,7 +175,7 @@ class Shafts:
             shape = occluders[part][pair, slot]
             keep = over_edges(self.table, x, around, pair, shape) > -1 - TOUCHING
             keep &= dot(n[:, pair], self.table.origin[:, shape] - x[:, pair]) > -self.radius[shape]
-            lists.append(_padded(len(x[0]), pair[keep], shape[keep]))
+            lists.append(padded(len(x[0]), pair[keep], shape[keep]))
         return _stacked(lists)
 
     def between(self, points, centre, radius, occluders):
@@ -205,14 +214,6 @@ class Shafts:
             if len(valid):
                 blocked[..., valid] |= segment_blocked(self.table, x[..., valid], d[..., valid], shape[valid])
         return np.moveaxis(~blocked, 2, 0)
-
-
-def _padded(count, row, value):
-    """Values of rows (ascending) as an array (count, width), padded with -1."""
-    number = np.bincount(row, minlength=count)
-    out = np.full((count, number.max(initial=0)), -1)
-    out[row, np.arange(len(row)) - (np.cumsum(number) - number)[row]] = value
-    return out
 
 
 def _stacked(lists):
@@ -306,7 +307,7 @@ class Factors:
             value[k] = self.pairs(points[r[k]], normals[r[k]], surface[r[k]], s[k])
         ends = np.cumsum([len(part) * len(wanted) for part, wanted in zip(parts, sources)])
         for rows, part, some in zip(out, parts, np.split(value, ends[:-1])):
-            rows[:, :-1] = some.reshape(rows.shape[0], rows.shape[1] - 1)
+            rows[:, :-1] = some.reshape(rows[:, :-1].shape)
             if background:
                 rows[:, -1] = self.escaping(points[part], normals[part], surface[part])
         return out

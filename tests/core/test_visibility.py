@@ -13,7 +13,7 @@ from pdm_core.gather import Detail, Gather
 from pdm_core.plan import plan
 from pdm_core.visibility import Factors, Shafts
 
-ROOM = [Surface(plane, 0.5) for plane in cube_planes()]
+ROOM = [Surface(plane, 0.5, 1.0) for plane in cube_planes()]
 BALL = [Surface(BALLS[0], 0.5), Surface(BALLS[1], 0.5), Surface(BALLS[2])]  # the last is black
 
 
@@ -57,6 +57,12 @@ def test_rooms_that_walls_enclose(surfaces, closed):
     scene = Scene(surfaces)
     assert (Shafts(scene).enclosed(*floor_points(50)) == closed).all()
     assert ("walls enclose the scene" in str(plan(scene))) == closed
+
+
+def test_the_plan_promises_no_sum_where_it_would_cost_more():
+    black = [Surface(BALLS[k]) for k in (0, 1, 2, 5)]
+    for some, told in ((3, True), (4, False)):
+        assert ("walls enclose the scene" in str(plan(Scene(ROOM + black[:some])))) == told
 
 
 def test_the_sum_of_all_factors_gives_one_of_them():
