@@ -13,24 +13,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .closed_forms import polygon_unoccluded
+from .closed_forms import divide, dot, polygon_unoccluded
 from .error_estimates import DECAY, decay
 from .field import GRID, basis, graded
 from .numerics import gauss_legendre
 from .scene import unit
+from .view import lattice_blocked
 
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
 RECEIVERS = 1024  # in a block of rows
 PAIRS = 2048  # of points and source planes whose cells are sorted out at once
 LINKS = 4096  # pairs whose form factors are computed between two signs of life
+CLOSE = 0.5  # size over distance of a cell whose factor nine samples do not tell
 AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
 FACTORS = 1 << 13  # of whole surfaces in a block of rows: few large calls, but signs of life between
 ENTRIES = 1 << 20  # of a dense block of rows
 MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
-_GAUSS = gauss_legendre(3)[0]
-_CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-_CHILDREN = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
+_GAUSS, _WEIGHTS = (rule[:, None] for rule in gauss_legendre(3))
+_CHILDREN = np.array([(0, 0, 1, 1), (0, 1, 0, 1)])
 _SIZES = ((1, 1), (1, 4), (2, 8), (4, 16), (8, 24))  # rings x directions sampled over a sphere's outline
 
 
@@ -49,16 +50,20 @@ class _Cells:
 
     receiver: np.ndarray
     owner: np.ndarray
-    origin: np.ndarray  # (n, 2) of the rectangle in the owner, in its widths
+    origin: np.ndarray  # (2, n) of the rectangle in the owner, in its widths
     width: np.ndarray  # (n,) of the rectangle in the owner's widths
 
     def take(self, index):
-        return _Cells(self.receiver[index], self.owner[index], self.origin[index], self.width[index])
+        return _Cells(self.receiver[index], self.owner[index], self.origin[:, index], self.width[index])
 
 
 @dataclass
 class _Pairs:
-    """(point, source plane), (m, ...) each; height of the point over the plane, occluders padded with -1."""
+    """(point, source plane), (m, ...) each; height of the point over the plane, occluders padded with -1.
+
+    foot (2, m): of the point on the plane, along its edges; cosines times distance, from the point's normal: below
+    (m,) of the foot and slope (2, m) of what one edge adds.
+    """
 
     points: np.ndarray
     normals: np.ndarray
@@ -67,6 +72,9 @@ class _Pairs:
     surface: np.ndarray
     source: np.ndarray
     occluders: np.ndarray
+    foot: np.ndarray
+    below: np.ndarray
+    slope: np.ndarray
 
 
 class Gather:
@@ -78,8 +86,10 @@ class Gather:
         self.balls = sources[factors.is_sphere[sources] & ~factors.is_inside[sources]]
         self.rooms = sources[factors.is_inside[sources]]
         self.silent, self.sum_tells = factors.shafts.silent(sources), factors.shafts.sum_tells(sources)
-        self.shape_u = np.array([s.shape.linear[:, 0] for s in factors.scene.surfaces])
-        self.shape_v = np.array([s.shape.linear[:, 1] for s in factors.scene.surfaces])
+        linear = np.array([s.shape.linear for s in factors.scene.surfaces])
+        self.frame = u_v = factors.origin.T.copy(), linear[:, :, 0].T.copy(), linear[:, :, 1].T.copy()
+        self.metric = np.stack([dot(u_v[1], u_v[1]), dot(u_v[1], u_v[2]), dot(u_v[2], u_v[2])])
+        self.area = factors.scene.areas
         self.links = 0
 
     def blocks(self, points, normals, surface, detail, tolerance):
@@ -133,14 +143,17 @@ class Gather:
         # receivers of the frontier are (point, source plane) pairs: a lifted point belongs to one plane only
         shafts = self.factors.shafts
         occluders = shafts.in_view(lifted, n[r], self.factors.corners[s], shafts.for_pairs(lifted, own[r], s))
-        pairs = _Pairs(lifted, n[r], height, tol[r], own[r], s, occluders)
+        foot = np.ascontiguousarray(self.field.local(s, lifted)[:, :2].T)
+        below = -height * np.einsum("ni,ni->n", n[r], self.factors.front[s])
+        slope = np.stack([dot(n[r].T, edge[:, s]) for edge in self.frame[1:]])
+        pairs = _Pairs(lifted, n[r], height, tol[r], own[r], s, occluders, foot, below, slope)
         links = []
         for start in range(0, len(r), PAIRS):
             chunk = np.arange(start, min(start + PAIRS, len(r)))
-            todo = _Cells(chunk, self.field.root[s[chunk]], np.zeros((len(chunk), 2)), np.ones(len(chunk)))
+            todo = _Cells(chunk, self.field.root[s[chunk]], np.zeros((2, len(chunk))), np.ones(len(chunk)))
             while len(todo.receiver):
-                todo, done = self._sort_out(todo, pairs, detail)
-                some, split = self._weigh(done, pairs, detail)
+                todo, done, close = self._sort_out(todo, pairs, detail)
+                some, split = self._weigh(done, close, pairs, detail)
                 links.append(some)
                 yield None
                 todo = self._divide(_joined([todo, split]))
@@ -154,31 +167,30 @@ class Gather:
 
     def _scales(self, pairs, r, share, hidden, balls):
         """What the samples of pairs (receiver, plane) are to be multiplied by (p,): they share out what the pair
-        exchanges, share (p,) in all by them; how much that is, is exact where it is hidden (p,).
+        exchanges, share (p,) in all by them; how much that is, is exact, and behind what may hide it where hidden (p,).
 
         balls (m,): the factors of all balls together. Where all factors sum to 1 that tells the one of each
         receiver's planes that the most shapes may hide.
         """
-        scale, hidden = np.ones(len(r)), np.flatnonzero(hidden)
+        free, hidden = np.flatnonzero(~hidden & (share > 0)), np.flatnonzero(hidden)
         closed = self._closed(pairs, r, hidden, len(balls))
         cost = (pairs.occluders[hidden] >= 0).sum(axis=1)
         order = hidden[np.lexsort((cost, r[hidden]))]
         last = np.diff(r[order], append=len(balls)) > 0
         left = order[last & closed[r[order]]]
-        value = share.copy()
+        value, corners = np.zeros(len(r)), self.factors.corners[pairs.source]
+        value[free] = polygon_unoccluded(pairs.points[free], pairs.normals[free], corners[free])
         for k in _parts(np.setdiff1d(hidden, left), LINKS):
             s = pairs.source[k]
             x, n, own = pairs.points[k], pairs.normals[k], pairs.surface[k]
-            value[k] = self.factors.visible(x, n, own, s, self.factors.corners[s], occluders=pairs.occluders[k])
+            value[k] = self.factors.visible(x, n, own, s, corners[k], occluders=pairs.occluders[k])
             yield
-        value[left] = 0.0
         x, n, own = pairs.points[left], pairs.normals[left], pairs.surface[left]
         others = balls + np.bincount(r, value, minlength=len(balls))
         others = others[r[left]] + self.factors.matrix(x, n, own, self.silent, False).sum(axis=1)
         value[left] = np.maximum(1.0 - others, 0.0)
         self.factors.counts["from the sum"] += len(left)
-        scale[hidden] = np.divide(value[hidden], share[hidden], out=np.zeros(len(hidden)), where=share[hidden] > 0)
-        return scale
+        return divide(value, share)
 
     def _closed(self, pairs, r, hidden, count):
         """(count,) Whether all factors of a receiver are known to sum to 1."""
@@ -188,44 +200,40 @@ class Gather:
             closed[r[first]] = self.factors.shafts.enclosed(pairs.points[first], pairs.normals[first])
         return closed
 
-    def _rectangle(self, cells):
-        """Corner (n, 3), edges (n, 3), (n, 3) in space."""
+    def _ends(self, cells):
+        """Lower and upper corner (2, n) of rectangles along their plane's edges."""
         low, width = self._on_chart(cells)
-        s = self.field.surface[cells.owner]
-        place, size = graded(low), graded(low + width[:, None]) - graded(low)
-        u, v = self.shape_u[s], self.shape_v[s]
-        return self.field.origin[s] + place[:, :1] * u + place[:, 1:] * v, u * size[:, :1], v * size[:, 1:]
+        return graded(low), graded(low + width)
 
     def _on_chart(self, cells):
-        """Lower corner (n, 2) and width (n,) in chart coordinates."""
+        """Lower corner (2, n) and width (n,) in chart coordinates."""
         f = self.field
         size = 0.5 ** f.level[cells.owner]
-        return f.corner[cells.owner] / GRID + cells.origin * size[:, None], size * cells.width
+        return f.corner[cells.owner].T / GRID + cells.origin * size, size * cells.width
 
     def _sort_out(self, cells, pairs, detail):
-        """Drop cells below the horizon; tell those to divide further from those good enough."""
-        c, u, v = self._rectangle(cells)
-        x, n, tol = pairs.points[cells.receiver], pairs.normals[cells.receiver], pairs.tolerance[cells.receiver]
-        e = c + (u + v) / 2 - x
-        nu, nv = np.einsum("ni,ni->n", n, u), np.einsum("ni,ni->n", n, v)
-        middle, reach = np.einsum("ni,ni->n", n, e), (np.abs(nu) + np.abs(nv)) / 2
-        half = np.sqrt(np.maximum(np.einsum("ni,ni->n", u + v, u + v), np.einsum("ni,ni->n", u - v, u - v))) / 2
-        distance2 = np.einsum("ni,ni->n", e, e)
-        distance = np.sqrt(distance2)
-        g = half / distance
-        area = np.linalg.norm(np.cross(u, v), axis=1)
-        cosine = np.clip((middle + reach) / distance, 0, 1)
-        factor = np.minimum(
-            1.0, area * cosine * np.minimum(pairs.height[cells.receiver] / distance + g * 0.5, 1) / (np.pi * distance2)
-        )
-        factor[g > AT_HAND] = 0.5  # a long cell that the point is next to: half of all light, however small its area
+        """Drop cells below the horizon; cells to divide further, those good enough, and which of them are close."""
+        k, (low, high) = cells.receiver, self._ends(cells)
+        middle, half = (low + high) / 2 - pairs.foot[:, k], (high - low) / 2
+        below, slope = pairs.below[k], pairs.slope[:, k]
+        (uu, uv, vv), height, tol = self.metric[:, pairs.source[k]], pairs.height[k], pairs.tolerance[k]
+        above, reach = below + (slope * middle).sum(axis=0), (np.abs(slope) * half).sum(axis=0)
+        distance2 = uu * middle[0] ** 2 + vv * middle[1] ** 2 + 2 * uv * middle[0] * middle[1] + height**2
+        half2 = uu * half[0] ** 2 + vv * half[1] ** 2 + 2 * np.abs(uv) * half[0] * half[1]
+        distance, g2 = np.sqrt(distance2), half2 / distance2
+        area = 4 * half[0] * half[1] * self.area[pairs.source[k]]
+        cosine = np.clip((above + reach) / distance, 0, 1)
+        factor = area * cosine * np.minimum(height / distance + np.sqrt(g2) * 0.5, 1) / (np.pi * distance2)
+        factor = np.minimum(1.0, factor)
+        factor[g2 > AT_HAND**2] = 0.5  # a long cell that the point is next to: half of all light, however small
         leaf = self.field.child[cells.owner] < 0
         error = np.where(leaf, 0.0, detail.below[cells.owner])
-        error = factor * (error + np.minimum(1.0, g**4) * detail.variation[cells.owner] * cells.width)
-        seen = middle + reach > 0
-        level = np.where(leaf, np.log2(1 / cells.width), 0)
-        fine = (error <= tol) | (level >= VIRTUAL)
-        return cells.take(np.flatnonzero(seen & ~fine)), cells.take(np.flatnonzero(seen & fine))
+        error = factor * (error + np.minimum(1.0, g2 * g2) * detail.variation[cells.owner] * cells.width)
+        seen = above + reach > 0
+        fine = (error <= tol) | (leaf & (cells.width <= 0.5**VIRTUAL))
+        close = (g2 > CLOSE**2) | (above < reach)
+        done = np.flatnonzero(seen & fine)
+        return cells.take(np.flatnonzero(seen & ~fine)), cells.take(done), close[done]
 
     def _divide(self, cells):
         f = self.field
@@ -234,54 +242,82 @@ class Gather:
         quarter = np.tile(np.arange(4), len(child))
         width = np.repeat(cells.width, 4)
         owner = np.where(leaf, np.repeat(cells.owner, 4), np.repeat(child, 4) + quarter)
-        origin = np.repeat(cells.origin, 4, axis=0) + _CHILDREN[quarter] * (width / 2)[:, None]
-        origin[~leaf] = 0.0
+        origin = np.repeat(cells.origin, 4, axis=1) + _CHILDREN[:, quarter] * (width / 2)
+        origin[:, ~leaf] = 0.0
         return _Cells(np.repeat(cells.receiver, 4), owner, origin, np.where(leaf, width / 2, 1.0))
 
-    def _weigh(self, cells, pairs, detail):
+    def _weigh(self, cells, close, pairs, detail):
         """Of cells good enough by their own: (pair, nodes (k, 9), weights (k, 9), partly hidden) and those to divide,
-        which an occluder's outline crosses and that matter."""
-        c, u, v = self._rectangle(cells)
-        pair, source = cells.receiver, pairs.source[cells.receiver]
-        x, n = pairs.points[pair], pairs.normals[pair]
-        factor = polygon_unoccluded(x, n, c[:, None] + _CORNERS[:, :1] * u[:, None] + _CORNERS[:, 1:] * v[:, None])
-        low, width = self._on_chart(cells)
-        t = low[:, :, None] + width[:, None, None] * _GAUSS
-        p, slope = graded(t), np.sin(np.pi * t) * gauss_legendre(3)[1]
-        su, sv, o = self.shape_u[source], self.shape_v[source], self.field.origin[source] - x
-        e = o[:, None, None] + p[:, 0, :, None, None] * su[:, None, None] + p[:, 1, None, :, None] * sv[:, None, None]
-        kernel = np.maximum(np.einsum("nabi,ni->nab", e, n), 0.0) / np.einsum("nabi,nabi->nab", e, e) ** 2
-        weight = slope[:, 0, :, None] * slope[:, 1, None]
-        kernel *= weight
-        unseen = kernel.sum(axis=(1, 2)) == 0
-        kernel[unseen] = weight[unseen]
-        kernel *= (factor / kernel.sum(axis=(1, 2)))[:, None, None]
-        open_, near = self._clear(x, c, u, v, e, pairs.occluders[pair])
-        partly = open_.any(axis=(1, 2)) & ~open_.all(axis=(1, 2))
-        kernel *= open_
-        unsure = partly & (PARTLY * factor * detail.surface[source] > pairs.tolerance[pair])
+        which an occluder's outline crosses and that matter.
+
+        close (n,): cells that the point is near, or that reach below its horizon: samples do not tell their factors.
+        """
+        k, (low, width) = cells.receiver, self._on_chart(cells)
+        t = low[:, None] + width * _GAUSS
+        place, slope = graded(t), np.sin(np.pi * t) * _WEIGHTS
+        kernel = self._kernel(pairs, k, place - pairs.foot[:, None, k]) * (slope[0][:, None] * slope[1])
+        factor = (
+            kernel.sum(axis=(0, 1)) * pairs.height[k] * self.area[pairs.source[k]] * (width * (np.pi / 2)) ** 2 / np.pi
+        )
+        self._settle(cells, np.flatnonzero(close), pairs, kernel, slope, factor)
+        open_, near = self._clear(pairs, k, self._ends(cells), place)
+        partly = open_.any(axis=(0, 1)) & ~open_.all(axis=(0, 1))
+        unsure = partly & (PARTLY * factor * detail.surface[pairs.source[k]] > pairs.tolerance[k])
         unsure &= (self.field.child[cells.owner] >= 0) | (cells.width > 0.5**VIRTUAL)
-        a = basis(cells.origin[:, :1] + cells.width[:, None] * _GAUSS)
-        b = basis(cells.origin[:, 1:] + cells.width[:, None] * _GAUSS)
-        weights = (a.transpose(0, 2, 1) @ kernel @ b).reshape(-1, 9)
         keep = np.flatnonzero(~unsure)
         self.links += len(keep)
-        done = pair[keep], self.field.nodes[cells.owner[keep]], weights[keep], near[keep]
+        kernel = np.where(open_, kernel, 0.0)[:, :, keep] * (factor / kernel.sum(axis=(0, 1)))[keep]
+        a, b = np.moveaxis(basis(cells.origin[:, None, keep] + cells.width[keep] * _GAUSS), -1, 1)
+        weights = (a[:, :, None] * kernel).sum(axis=1)
+        weights = (weights[:, None] * b).sum(axis=2).reshape(9, -1).T
+        done = k[keep], self.field.nodes[cells.owner[keep]], weights, near[keep]
         return done, cells.take(np.flatnonzero(unsure))
 
-    def _clear(self, x, c, u, v, e, occluders):
-        """Which of the cell's samples e (n, 3, 3, 3) m from x nothing hides, and whether anything comes near (n,)."""
-        open_ = np.ones(e.shape[:3], bool)
-        near = np.zeros(len(x), bool)
-        if occluders.size:
-            centre = c + (u + v) / 2
-            radius = np.linalg.norm(np.abs(u) + np.abs(v), axis=1) / 2
-            link, shape = self.factors.shafts.between(x, centre, radius, occluders)
-            near[link] = True
-            hides = self.factors.shafts.hides(x[link], e[link], shape)
-            at = (link[:, None] * 9 + np.arange(9)).ravel()
-            open_ = np.bincount(at, hides.ravel(), minlength=9 * len(x)).reshape(open_.shape) == 0
-        return open_, near
+    def _kernel(self, pairs, k, offset):
+        """cos / d^4 (3, 3, n) at points of pairs k (n,), of samples at offsets (2, 3, n) from the foot; the other
+        cosine is height / d for all."""
+        (a, b), slope, (uu, uv, vv) = offset, pairs.slope[:, k], self.metric[:, pairs.source[k]]
+        above = (pairs.below[k] + slope[0] * a)[:, None] + slope[1] * b
+        distance2 = (uu * a * a + pairs.height[k] ** 2)[:, None] + vv * b * b + (2 * uv * a)[:, None] * b
+        return np.maximum(above, 0.0) / (distance2 * distance2)
+
+    def _settle(self, cells, some, pairs, kernel, slope, factor):
+        """Exact factors of some of the cells; where their samples see nothing, the kernel is their area's."""
+        k, cells = cells.receiver[some], cells.take(some)
+        low, high = self._ends(cells)
+        corners = [self._world(pairs.source[k], a, b) for a, b in zip(*_around(low, high))]
+        factor[some] = polygon_unoccluded(pairs.points[k], pairs.normals[k], np.transpose(corners, (2, 0, 1)))
+        unseen = some[kernel[:, :, some].sum(axis=(0, 1)) == 0]
+        kernel[:, :, unseen] = slope[0][:, None, unseen] * slope[1][:, unseen]
+
+    def _world(self, source, a, b):
+        """Points (3, ..., n) at a, b (..., n) along the edges of planes source (n,)."""
+        one = (3, *(1,) * (a.ndim - 1), -1)
+        o, u, v = (frame[:, source].reshape(one) for frame in self.frame)
+        return o + a * u + b * v
+
+    def _clear(self, pairs, k, ends, place):
+        """Which samples of cells of pairs k (n,) nothing hides (3, 3, n), and whether anything comes near (n,).
+
+        ends: low, high (2, n) of the cells, and place (2, 3, n) of their samples, along the planes' edges.
+        """
+        near, hidden = np.zeros(len(k), bool), np.zeros((9, len(k)))
+        some = np.flatnonzero((pairs.occluders[k] >= 0).any(axis=1)) if pairs.occluders.size else k[:0]
+        if len(some):
+            source = pairs.source[k[some]]
+            low, high = ends[0][:, some], ends[1][:, some]
+            middle, half = (low + high) / 2, (high - low) / 2
+            (uu, uv, vv) = self.metric[:, source]
+            radius = np.sqrt(uu * half[0] ** 2 + vv * half[1] ** 2 + 2 * np.abs(uv) * half[0] * half[1])
+            x, centre = pairs.points[k[some]], self._world(source, *middle).T
+            link, shape = self.factors.shafts.between(x, centre, radius, pairs.occluders[k[some]])
+            near[some[link]] = True
+            start, (o, u, v) = np.ascontiguousarray(x[link].T), (axis[:, source[link]] for axis in self.frame)
+            table, places = self.factors.shafts.table, place[:, :, some[link]]
+            hides = lattice_blocked(table, start, (o - start, u, v), *places, shape).reshape(9, -1)
+            at = some[link] + len(k) * np.arange(9)[:, None]
+            hidden = np.bincount(at.ravel(), hides.ravel(), minlength=hidden.size)
+        return hidden.reshape(3, 3, -1) == 0, near
 
     # -- spheres -------------------------------------------------------------------------------------------------
 
@@ -450,8 +486,14 @@ class Received:
         return value[:, :3] + np.einsum("ns,nsc->nc", factors, means)
 
 
+def _around(low, high):
+    """Corners of rectangles (2, n): a (4, n) and b (4, n), one after the other around."""
+    return (low[0], high[0], high[0], low[0]), (low[1], low[1], high[1], high[1])
+
+
 def _joined(cells):
-    return _Cells(*(np.concatenate([getattr(c, k) for c in cells]) for k in ("receiver", "owner", "origin", "width")))
+    parts = ("receiver", "owner", "origin", "width")
+    return _Cells(*(np.concatenate([getattr(c, k) for c in cells], axis=-1) for k in parts))
 
 
 def _frame(direction):

@@ -47,7 +47,7 @@ class ShapeTable:
         self.radius = np.zeros(count)  # of round balls; 0 for ellipsoids
         for k, shape in enumerate(shapes):
             if not self.is_ball[k]:
-                self.corners[:, :, k] = shape.corners.T
+                self.corners[:, :, k], self.inverse[:, :, k] = shape.corners.T, shape.inverse
                 continue
             # the unit ball is the same under any rotation of its own space: keep the symmetric factor of the map
             u, axes, _ = np.linalg.svd(shape.linear)
@@ -466,12 +466,29 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
 
 def segment_blocked(table, x, d, shape):
     """Whether the open segment x + t d, 0 < t < 1, meets the shape; x, d (3, ..., m), shape (m,) -> (..., m)"""
-    blocked = np.zeros(np.broadcast_shapes(x.shape[1:], d.shape[1:]), bool)
+    return _blocked(table, x, lambda inverse, index: _spread(inverse, d[..., index]), d.shape[1:], shape)
+
+
+def lattice_blocked(table, x, frame, a, b, shape):
+    """As segment_blocked, for d = o + a u + b v; x, frame = (o, u, v) (3, m), a (j, m), b (k, m) -> (j, k, m)"""
+
+    def local(inverse, index):
+        o, u, v = (_spread(inverse, k[:, index])[:, None, None] for k in frame)
+        return o + a[:, None, index] * u + b[:, index] * v
+
+    return _blocked(table, x[:, None, None], local, (len(a), *b.shape), shape)
+
+
+def _blocked(table, x, local, size, shape):
+    """local(inverse, index): the segments of pairs index, in the space where inverse makes their shape the unit one."""
+    blocked = np.zeros(size, bool)
     is_ball = table.is_ball[shape]
-    for kind, meets in ((True, _meets_ball), (False, _meets_polygon)):
+    for kind, meets in ((True, _meets_ball), (False, _meets_square)):
         index = np.nonzero(is_ball == kind)[0]
         if len(index):
-            blocked[..., index] = meets(table, x[..., index], d[..., index], shape[index])
+            inverse = table.inverse[:, :, shape[index]]
+            origin = table.origin[:, shape[index]].reshape(3, *(1,) * (x.ndim - 2), -1)
+            blocked[..., index] = meets(_spread(inverse, x[..., index] - origin), local(inverse, index))
     return blocked
 
 
@@ -480,28 +497,19 @@ def _spread(matrix, v):
     return np.stack([sum(matrix[i, j] * v[j] for j in range(3)) for i in range(3)])
 
 
-def _meets_ball(table, x, d, shape):
-    origin = table.origin[:, shape].reshape(3, *(1,) * (x.ndim - 2), -1)
-    inverse = table.inverse[:, :, shape]
-    p, d = _spread(inverse, x - origin), _spread(inverse, d)
+def _meets_ball(p, d):
+    """Whether segments p + t d meet the unit ball."""
     a, b, c = dot(d, d), dot(p, d), dot(p, p) - 1
-    root = np.sqrt(np.maximum(b * b - a * c, 0.0))
-    near, far = divide(-b - root, a), divide(-b + root, a)
-    return (b * b > a * c) & (near < 1 - TOUCHING) & (far > TOUCHING)
+    reach = b * b - a * c
+    root = np.sqrt(np.maximum(reach, 0.0))
+    return (reach > 0) & (-b - root < (1 - TOUCHING) * a) & (root - b > TOUCHING * a)
 
 
-def _meets_polygon(table, x, d, shape):
-    corners = table.corners[:, :, shape]
-    one = (1,) * (x.ndim - 2)
-    c, u, v = (
-        k.reshape(3, *one, -1) for k in (corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
-    )
-    normal = np.cross(u, v, axis=0)
-    t = divide(dot(normal, c - x), dot(normal, d))
-    p = x + t * d - c
-    nn = dot(normal, normal)
-    s, r = dot(np.cross(p, v, axis=0), normal) / nn, dot(np.cross(u, p, axis=0), normal) / nn
-    return (t > TOUCHING) & (t < 1 - TOUCHING) & (s >= 0) & (s <= 1) & (r >= 0) & (r <= 1)
+def _meets_square(p, d):
+    """Whether segments p + t d meet the unit square about the origin."""
+    t = divide(-p[2], d[2])
+    beside = np.maximum(np.abs(p[0] + t * d[0]), np.abs(p[1] + t * d[1]))
+    return (t > TOUCHING) & (t < 1 - TOUCHING) & (beside <= 0.5)
 
 
 def _sampled(table, x, n, source, corners, sky, occluders):

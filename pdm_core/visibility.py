@@ -197,13 +197,6 @@ class Shafts:
         keep &= (along > -reach) & (along < end[link] + reach)
         return link[keep], shape[keep]
 
-    def hides(self, points, steps, shape):
-        """Whether segments points (n, 3) + steps (n, a, b, 3) meet shape (n,) -> (n, a, b) bool"""
-        x = np.ascontiguousarray(points.T)[:, None, None]
-        d = np.ascontiguousarray(np.moveaxis(steps, (3, 0), (0, 3)))
-        x = np.broadcast_to(x, d.shape)
-        return np.moveaxis(segment_blocked(self.table, x, d, shape), 2, 0)
-
     def clear(self, points, steps, occluders):
         """Whether segments points (n, 3) + steps (n, a, b, 3) meet none of occluders (n, k) -> (n, a, b) bool"""
         x = np.broadcast_to(points.T[:, None, None], (3, *steps.shape[1:3], len(points)))

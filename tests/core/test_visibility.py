@@ -11,6 +11,7 @@ from pdm_core import Scene, Sphere, Surface
 from pdm_core.field import Field
 from pdm_core.gather import Detail, Gather
 from pdm_core.plan import plan
+from pdm_core.view import segment_blocked
 from pdm_core.visibility import Factors, Shafts
 
 ROOM = [Surface(plane, 0.5, 1.0) for plane in cube_planes()]
@@ -35,7 +36,9 @@ def test_candidates_beside_the_source_hide_none_of_it():
     ahead = np.einsum("nabi,ni->nab", steps, normals) > 0
     pair, slot = np.indices(everything.shape)
     pair, shape = pair.ravel(), everything[pair.ravel(), slot.ravel()]
-    hidden = (shafts.hides(points[pair], steps[pair], shape) & ahead[pair]).any(axis=(1, 2))
+    start, step = points[pair].T[:, None, None], np.moveaxis(steps[pair], (3, 0), (0, 3))
+    hidden = segment_blocked(shafts.table, np.broadcast_to(start, step.shape), step, shape)
+    hidden = (np.moveaxis(hidden, 2, 0) & ahead[pair]).any(axis=(1, 2))
     dropped = dropped.ravel()
     assert not (hidden & dropped).any()
     assert hidden.sum() > 100 and dropped.sum() > 2 * hidden.sum()
