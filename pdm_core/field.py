@@ -14,11 +14,17 @@ from .scene import Sphere, unit
 
 DEEPEST = 10  # levels of cells below a chart
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
+CHARTS = 3  # along each edge of a plane, at most
+SPAN = CHARTS * GRID + 1
 ROOT = 0.4  # a root's surplus over the bilinear interpolant counts this much
 ACROSS = 1.0  # a cell's size, of the distance at which the gap around it has opened by its curvature
 FACING = 0.7  # least cosine between planes that have a gap between them rather than a corner
 FLAT = 0.2  # of the least size at contacts of spheres, which are points: gaps between planes are as large as they
-GAPS, EXTENT = 4.0, 0.2  # cells in a gap between planes: no larger than so many gaps or that part of the plane's radius
+# cells in a gap between planes: no larger than so many gaps or that part of the other plane's radius, or, in charts
+# that end where the gap does, so that nodes crowd there anyway, that one
+GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
+NARROW = 0.1  # width of a gap over the other plane's radius, up to which a chart ends at its rim
+ALIGNED, APART = 1e-4, 0.02  # of the edges: how far from straight along the chart, and how near each other, rims are
 NUDGE = 1e-7  # points on a plane's border are moved this part of its edges inwards, off the neighbour's plane
 
 
@@ -26,6 +32,33 @@ def graded(t):
     """Chart coordinate t in [0, 1] -> position along a plane's edge: nodes crowd to the borders, where neighbours
     meet and light has d log d terms, quadratically."""
     return np.sin(t * (np.pi / 2)) ** 2
+
+
+def charts_of(scene):
+    """(n surfaces, 2, CHARTS + 1): where planes are cut into charts, along both edges, padded with 1 behind.
+
+    Next to a narrow gap light varies over the gap's width along the whole rim of the other plane; a chart that ends
+    there has its nodes crowd towards it.
+    """
+    cuts = np.ones((len(scene), 2, CHARTS + 1))
+    cuts[:, :, 0] = 0.0
+    planes = [shape for shape in scene.shapes if not isinstance(shape, Sphere)]
+    if not planes:
+        return cuts
+    corners, radius = np.array([p.corners for p in planes]), np.array([p.bounds[1] for p in planes])
+    for k, surface in enumerate(scene.surfaces):
+        if isinstance(surface.shape, Sphere):
+            continue
+        local = surface.shape.local(corners.reshape(-1, 3)).reshape(corners.shape)
+        height = surface.sign * local[..., 2] * np.sqrt(surface.shape.area)
+        close = (height.min(axis=1) > 0) & (height.max(axis=1) < NARROW * radius)
+        for axis in range(2):
+            at, to = local[close, :, axis], np.roll(local[close, :, axis], -1, axis=1)
+            rims = np.sort(at[(np.abs(to - at) < ALIGNED) & (at > APART) & (at < 1 - APART)])
+            rims = rims[np.diff(rims, prepend=-1.0) > APART]
+            if len(rims) < CHARTS:  # more of them would cost more nodes than they save
+                cuts[k, axis, 1 : len(rims) + 1] = rims
+    return cuts
 
 
 def ungraded(s):
@@ -51,27 +84,37 @@ _EDGES = np.array([(0, 1, 2), (6, 7, 8), (0, 3, 6), (2, 5, 8)])  # a cell's edge
 _QUARTERS = np.array([(3, 6, -1), (-1, 6, 3)]) / 8  # the quadratic at 1/4 and 3/4 of an edge
 
 
+def first_nodes(scene):
+    """Nodes a Field of the scene starts with: 25 a plane of one chart, 26 a sphere."""
+    across = (charts_of(scene)[:, :, :-1] < 1).sum(axis=2)
+    flat = np.where(across.prod(axis=1) == 1, 25, (2 * across + 1).prod(axis=1))
+    return int(np.where([isinstance(s.shape, Sphere) for s in scene.surfaces], 26, flat).sum())
+
+
 class Field:
     """The lattice; values live outside, as arrays (n nodes, channels)."""
 
     def __init__(self, scene):
         self.scene = scene
-        charts = [6 if isinstance(s.shape, Sphere) else 1 for s in scene.surfaces]
-        self.is_sphere = np.array(charts) == 6
+        self.cuts = charts_of(scene)
+        self.across = (self.cuts[:, :, :-1] < 1).sum(axis=2)  # (n surfaces, 2) charts of planes along both edges
+        self.is_sphere = np.array([isinstance(s.shape, Sphere) for s in scene.surfaces])
+        self.charts = charts = np.where(self.is_sphere, 6, self.across.prod(axis=1))
         self.root = np.concatenate([[0], np.cumsum(charts)[:-1]])  # first root cell of each surface
         self._frames()
         surface = np.repeat(np.arange(len(scene)), charts)
         face = np.arange(len(surface)) - self.root[surface]
-        zero = np.zeros(len(surface), int)
+        zero, sphere = np.zeros(len(surface), int), self.is_sphere[surface]
+        self.corner = np.stack(np.divmod(face, self.across[surface, 1]), axis=1) * GRID  # of the cell, in lattice steps
+        self.corner[sphere], face[~sphere] = 0, 0
         self.node_surface = np.zeros(0, int)
         self.keys = np.zeros(0, np.int64)
         self._order = np.zeros(0, int)
         self.points, self.normals = np.zeros((0, 3)), np.zeros((0, 3))
         self.surface, self.face, self.level = surface, face, zero
-        self.corner = np.zeros((len(surface), 2), int)  # of the cell, in lattice steps
         self.parent, self.child = zero - 1, zero - 1  # child: the first of four, -1 for a leaf
         self.nodes = self._nodes_of(np.arange(len(surface)))
-        self.refine(np.flatnonzero(~self.is_sphere[surface]))  # planes start at 25 nodes, spheres have 26
+        self.refine(np.flatnonzero(self.charts[surface] == 1))  # planes of one chart start at 25 nodes, spheres have 26
 
     def _frames(self):
         shapes = [s.shape for s in self.scene.surfaces]
@@ -90,12 +133,12 @@ class Field:
         place[rows, (axis + 1) % 3], place[rows, (axis + 2) % 3] = steps[:, 0], steps[:, 1]
         place[rows, axis] = np.where(face >= 3, GRID, 0)
         place[~sphere] = np.column_stack([steps, steps[:, 0] * 0])[~sphere]
-        return ((surface * (GRID + 1) + place[:, 0]) * (GRID + 1) + place[:, 1]) * (GRID + 1) + place[:, 2]
+        return ((surface * SPAN + place[:, 0]) * SPAN + place[:, 1]) * SPAN + place[:, 2]
 
     def _unpack(self, keys):
-        rest, z = np.divmod(keys, GRID + 1)
-        rest, y = np.divmod(rest, GRID + 1)
-        surface, x = np.divmod(rest, GRID + 1)
+        rest, z = np.divmod(keys, SPAN)
+        rest, y = np.divmod(rest, SPAN)
+        surface, x = np.divmod(rest, SPAN)
         return surface, np.stack([x, y, z], axis=1) / GRID
 
     def find(self, keys):
@@ -111,13 +154,19 @@ class Field:
         surface, place = self._unpack(new)
         local = unit(np.tan((2 * place - 1) * (np.pi / 4)))
         flat = ~self.is_sphere[surface]
-        local[flat] = NUDGE + (1 - 2 * NUDGE) * graded(place[flat])
+        local[flat, :2] = NUDGE + (1 - 2 * NUDGE) * self.along(surface[flat], place[flat, :2])
         local[flat, 2] = 0.0
         self.points = np.concatenate([self.points, self._world(surface, local)])
         self.normals = np.concatenate([self.normals, self._normal(surface, local)])
         self.keys = np.concatenate([self.keys, new])
         self._order = np.argsort(self.keys)
         self.node_surface = self._unpack(self.keys)[0]
+
+    def along(self, surface, place):
+        """Chart coordinates (n, 2), from 0 to the number of charts, of planes (n,) -> positions along their edges."""
+        chart = np.clip(place.astype(int), 0, self.across[surface] - 1)
+        low, high = (self.cuts[surface[:, None], (0, 1), chart + k] for k in (0, 1))
+        return low + (high - low) * graded(place - chart)
 
     def _world(self, surface, local):
         return self.origin[surface] + np.einsum("nij,nj->ni", self.linear[surface], local)
@@ -198,7 +247,9 @@ class Field:
         sphere = self.is_sphere[self.surface]
         low = self.corner / GRID
         high = low + 1 / count[:, None]
-        area = self.scene.areas[self.surface] * (graded(high) - graded(low)).prod(axis=1)
+        area = self.scene.areas[self.surface] * (self.along(self.surface, high) - self.along(self.surface, low)).prod(
+            axis=1
+        )
         a, b = (np.tan((2 * low - 1) * np.pi / 4), np.tan((2 * high - 1) * np.pi / 4))
         angle = _solid(b[:, 0], b[:, 1]) - _solid(a[:, 0], b[:, 1])
         angle += _solid(a[:, 0], a[:, 1]) - _solid(b[:, 0], a[:, 1])
@@ -252,7 +303,7 @@ class Field:
         local[rows, axis] = np.where(self.face[cells] >= 3, 1.0, -1.0)
         local = unit(local)
         flat = ~self.is_sphere[surface]
-        local[flat] = np.column_stack([NUDGE + (1 - 2 * NUDGE) * graded(at), np.zeros(len(at))])[flat]
+        local[flat, :2], local[flat, 2] = NUDGE + (1 - 2 * NUDGE) * self.along(surface[flat], at[flat]), 0.0
         return self._world(surface, local), self._normal(surface, local)
 
     def local(self, surface, points):
@@ -269,9 +320,13 @@ class Field:
         across = np.stack([local[rows, (axis + 1) % 3], local[rows, (axis + 2) % 3]], axis=1)
         size = np.where(top == 0, 1.0, np.abs(top))
         angle = np.arctan(across / size[:, None]) * (2 / np.pi) + 0.5
-        sphere = self.is_sphere[surface]
-        face = np.where(sphere, axis + 3 * (top > 0), 0)
-        return self.root[surface] + face, np.clip(np.where(sphere[:, None], angle, ungraded(local[:, :2])), 0.0, 1.0)
+        sphere, at = self.is_sphere[surface], local[:, :2]
+        chart = (at[:, :, None] >= self.cuts[surface, :, 1:-1]).sum(axis=2)
+        chart = np.minimum(chart, self.across[surface] - 1)
+        low, high = (self.cuts[surface[:, None], (0, 1), chart + k] for k in (0, 1))
+        which = np.where(sphere, axis + 3 * (top > 0), chart[:, 0] * self.across[surface, 1] + chart[:, 1])
+        flat = ungraded((at - low) / (high - low))
+        return self.root[surface] + which, np.clip(np.where(sphere[:, None], angle, flat), 0.0, 1.0)
 
     def locate(self, surface, local):
         """Local coordinates (n, 3) on surfaces (n,) -> leaves (n,) and the weights (n, 9) of their nodes."""
@@ -328,5 +383,8 @@ def _flat_gap(field, cells, points, size, plane):
     across = np.abs(np.einsum("ni,ni->n", normal, offset))
     beside = np.sqrt(np.maximum(np.einsum("ni,ni->n", offset, offset) - across**2, 0.0))
     gap = np.hypot(across, np.maximum(beside - size / 2, 0.0))
-    scale = np.maximum(GAPS * gap, EXTENT * plane.bounds[1])  # within the gap surpluses can tell
+    own = field.surface[cells]
+    ends = (field.charts[own] > 1) | (field.scene.areas[own] <= plane.area)
+    # within the gap surpluses can tell
+    scale = np.maximum(GAPS * gap, np.where(ends, GRADED_EXTENT, EXTENT) * plane.bounds[1])
     return np.where(np.abs(normal @ plane.normal) > FACING, scale, np.inf)

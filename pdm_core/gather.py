@@ -90,6 +90,10 @@ class Gather:
         self.frame = u_v = factors.origin.T.copy(), linear[:, :, 0].T.copy(), linear[:, :, 1].T.copy()
         self.metric = np.stack([dot(u_v[1], u_v[1]), dot(u_v[1], u_v[2]), dot(u_v[2], u_v[2])])
         self.area = factors.scene.areas
+        chart, corner = np.divmod(field.corner, GRID)
+        self.corner = corner.T / GRID  # of cells (2, n) in their charts, which begin and extend so along the edges
+        self.begin, end = (field.cuts[field.surface, ((0,), (1,)), chart.T + k] for k in (0, 1))
+        self.extent = end - self.begin
         self.links = 0
 
     def blocks(self, points, normals, surface, detail, tolerance):
@@ -150,7 +154,7 @@ class Gather:
         links = []
         for start in range(0, len(r), PAIRS):
             chunk = np.arange(start, min(start + PAIRS, len(r)))
-            todo = _Cells(chunk, self.field.root[s[chunk]], np.zeros((2, len(chunk))), np.ones(len(chunk)))
+            todo = self._whole(chunk, s[chunk])
             while len(todo.receiver):
                 todo, done, close = self._sort_out(todo, pairs, detail)
                 some, split = self._weigh(done, close, pairs, detail)
@@ -200,16 +204,28 @@ class Gather:
             closed[r[first]] = self.factors.shafts.enclosed(pairs.points[first], pairs.normals[first])
         return closed
 
+    def _whole(self, pair, source):
+        """The root cells of planes source (n,), for pairs (n,)."""
+        charts = self.field.charts[source]
+        first = np.repeat(self.field.root[source] - np.cumsum(charts) + charts, charts)
+        count = len(first)
+        return _Cells(np.repeat(pair, charts), first + np.arange(count), np.zeros((2, count)), np.ones(count))
+
     def _ends(self, cells):
         """Lower and upper corner (2, n) of rectangles along their plane's edges."""
         low, width = self._on_chart(cells)
-        return graded(low), graded(low + width)
+        return self._along(cells, low), self._along(cells, low + width)
 
     def _on_chart(self, cells):
         """Lower corner (2, n) and width (n,) in chart coordinates."""
-        f = self.field
-        size = 0.5 ** f.level[cells.owner]
-        return f.corner[cells.owner].T / GRID + cells.origin * size, size * cells.width
+        size = 0.5 ** self.field.level[cells.owner]
+        return self.corner[:, cells.owner] + cells.origin * size, size * cells.width
+
+    def _along(self, cells, t):
+        """Chart coordinates t (2, ..., n) of cells -> positions along their planes' edges."""
+        shape = (2, *(1,) * (t.ndim - 2), -1)
+        begin, extent = (a[:, cells.owner].reshape(shape) for a in (self.begin, self.extent))
+        return begin + extent * graded(t)
 
     def _sort_out(self, cells, pairs, detail):
         """Drop cells below the horizon; cells to divide further, those good enough, and which of them are close."""
@@ -254,11 +270,10 @@ class Gather:
         """
         k, (low, width) = cells.receiver, self._on_chart(cells)
         t = low[:, None] + width * _GAUSS
-        place, slope = graded(t), np.sin(np.pi * t) * _WEIGHTS
+        place, slope = self._along(cells, t), np.sin(np.pi * t) * _WEIGHTS
         kernel = self._kernel(pairs, k, place - pairs.foot[:, None, k]) * (slope[0][:, None] * slope[1])
-        factor = (
-            kernel.sum(axis=(0, 1)) * pairs.height[k] * self.area[pairs.source[k]] * (width * (np.pi / 2)) ** 2 / np.pi
-        )
+        size = pairs.height[k] * self.area[pairs.source[k]] * self.extent[:, cells.owner].prod(axis=0)
+        factor = kernel.sum(axis=(0, 1)) * size * (width * (np.pi / 2)) ** 2 / np.pi
         self._settle(cells, np.flatnonzero(close), pairs, kernel, slope, factor)
         open_, near = self._clear(pairs, k, self._ends(cells), place)
         partly = open_.any(axis=(0, 1)) & ~open_.all(axis=(0, 1))

@@ -4,10 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .scene import Plane, Sphere
+from .field import first_nodes
 from .visibility import Shafts
 
-FIRST = {Plane: 25, Sphere: 26}  # nodes a surface starts with
 MAX_NODES = 12000  # all pairs of nodes in single precision: 580 MB
 PROPORTIONAL = 1e-12  # relative difference of channels that counts as none
 
@@ -41,7 +40,7 @@ def plan(scene, shafts=None):
         seen = seen[seen >= a]  # what may hide is the same both ways
         hidden = shafts.may_hide(np.full(len(seen), a), seen).any(axis=1)
         free += int((~hidden * np.where(seen > a, 2, 1)).sum())
-    nodes = sum(FIRST[type(surface.shape)] for surface in scene.surfaces)
+    nodes = first_nodes(scene)
     most = 4e-6 * MAX_NODES**2
     result = Plan(reached=reached)
     say = result.lines.append
