@@ -24,7 +24,7 @@ FLAT = 0.2  # of the least size at contacts of spheres, which are points: gaps b
 # that end where the gap does, so that nodes crowd there anyway, that one
 GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
 NARROW = 0.1  # width of a gap over the other plane's radius, up to which a chart ends at its rim
-ALIGNED, APART = 1e-4, 0.02  # of the edges: how far from straight along the chart, and how near each other, rims are
+ALIGNED, APART = 1e-5, 0.02  # of the edges: how far from straight along the chart, and how near each other, rims are
 NUDGE = 1e-7  # points on a plane's border are moved this part of its edges inwards, off the neighbour's plane
 
 

@@ -1,0 +1,81 @@
+"""Charts and cells: planes are cut where a narrow gap ends, and the field knows its way over the cuts."""
+
+import numpy as np
+import pytest
+from rooms import cube_planes
+
+from pdm_core import Plane, Scene, Surface, solve
+from pdm_core.field import Field, charts_of, first_nodes
+
+CEILING = 1
+
+
+def room_with(panel, emission=0.0, reflectance=0.5):
+    lit = [Surface(panel, reflectance, emission), Surface(panel, reflectance, 0.0, side="back")]
+    return Scene([Surface(plane, reflectance) for plane in cube_planes()] + lit)
+
+
+def hanging(gap=0.02, turn=0.0, low=(-1.0, -0.5), size=(1.5, 1.2)):
+    """A panel under the ceiling of the room that faces down, turned about the vertical."""
+    u = np.array([0.0, size[1], 0.0])
+    v = np.array([size[0], 0.0, 0.0])
+    cos, sin = np.cos(turn), np.sin(turn)
+    rotate = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1.0]])
+    return Plane((*low, 3.0 - gap), rotate @ u, rotate @ v)
+
+
+def test_charts_end_at_the_rims_of_a_narrow_gap_and_of_nothing_else():
+    cuts = charts_of(room_with(hanging()))
+    # the ceiling's first edge runs along y, its second along x, both from -3 over 6 m
+    assert np.allclose(cuts[CEILING, 0], [0, 2.5 / 6, 3.7 / 6, 1])
+    assert np.allclose(cuts[CEILING, 1], [0, 2.0 / 6, 3.5 / 6, 1])
+    assert (np.delete(cuts, CEILING, axis=0)[:, :, 1] == 1).all()
+    standing = Plane((-1, 0.5, 1.0), (2, 0, 0), (0, 0, 2.0))
+    for panel in (hanging(gap=1.0), hanging(turn=0.3), standing):
+        assert (charts_of(room_with(panel))[:, :, 1] == 1).all()
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_first_nodes_are_told_beforehand(turn):
+    scene = room_with(hanging(turn=turn))
+    assert len(Field(scene).keys) == first_nodes(scene)
+
+
+def test_cells_of_cut_planes_cover_them_and_are_found_again():
+    field = Field(room_with(hanging()))
+    rng = np.random.default_rng(3)
+    for _ in range(3):
+        leaves = field.leaves
+        field.refine(leaves[rng.random(len(leaves)) < 0.3])
+    leaves = field.leaves
+    assert np.allclose(np.bincount(field.surface[leaves], field.sizes()[leaves]), field.scene.areas)
+    uv = rng.uniform(0.1, 0.9, (len(leaves), 2))
+    points, _ = field.place(leaves, uv)
+    found, weights = field.locate(field.surface[leaves], field.local(field.surface[leaves], points))
+    assert (found == leaves).all()
+    nodes = np.stack(
+        [(weights * at).sum(axis=1) for at in np.array([(a, b) for a in range(3) for b in range(3)]).T / 2], 1
+    )
+    assert np.allclose(nodes, uv, atol=1e-3)  # the nodes are a hair inside of the border
+
+
+def test_the_gap_over_a_lamp_has_the_light_it_has_without_cuts():
+    """Turned by more than counts as straight along the chart the same panel cuts nothing: another way to the light."""
+    straight, turned = (solve(room_with(hanging(turn=turn), emission=5.0), 0.01) for turn in (0.0, 2e-4))
+    assert (charts_of(turned.scene)[:, :, 1] == 1).all()
+    rng = np.random.default_rng(5)
+    within = np.column_stack([rng.uniform(-1.3, 0.8, 400), rng.uniform(-0.8, 1.0, 400), np.full(400, 3.0)])
+    a, b = (solution.radiance(CEILING, within)[:, 0] for solution in (straight, turned))
+    assert np.sqrt(np.mean((a - b) ** 2)) < 0.05 * np.sqrt(np.mean(a**2))
+    assert a.min() < 0.1 * a.max()  # it is dark in the gap
+    assert straight.nodes < 0.85 * turned.nodes
+
+
+def test_light_is_one_where_every_surface_emits_what_it_does_not_reflect():
+    panel = hanging()
+    surfaces = [Surface(plane, 0.6, 0.4) for plane in cube_planes()] + [
+        Surface(panel, 0.6, 0.4, side=side) for side in ("front", "back")
+    ]
+    solution = solve(Scene(surfaces), 0.01)
+    points = np.column_stack([np.random.default_rng(1).uniform(-2.9, 2.9, (200, 2)), np.full(200, 3.0)])
+    assert np.abs(solution.radiance(CEILING, points) - 1).max() < 1e-4
