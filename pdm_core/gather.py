@@ -156,8 +156,8 @@ class Gather:
             chunk = np.arange(start, min(start + PAIRS, len(r)))
             todo = self._whole(chunk, s[chunk])
             while len(todo.receiver):
-                todo, done, close = self._sort_out(todo, pairs, detail)
-                some, split = self._weigh(done, close, pairs, detail)
+                todo, *done = self._sort_out(todo, pairs, detail)
+                some, split = self._weigh(*done, pairs, detail)
                 links.append(some)
                 yield None
                 todo = self._divide(_joined([todo, split]))
@@ -211,11 +211,6 @@ class Gather:
         count = len(first)
         return _Cells(np.repeat(pair, charts), first + np.arange(count), np.zeros((2, count)), np.ones(count))
 
-    def _ends(self, cells):
-        """Lower and upper corner (2, n) of rectangles along their plane's edges."""
-        low, width = self._on_chart(cells)
-        return self._along(cells, low), self._along(cells, low + width)
-
     def _on_chart(self, cells):
         """Lower corner (2, n) and width (n,) in chart coordinates."""
         size = 0.5 ** self.field.level[cells.owner]
@@ -228,8 +223,10 @@ class Gather:
         return begin + extent * graded(t)
 
     def _sort_out(self, cells, pairs, detail):
-        """Drop cells below the horizon; cells to divide further, those good enough, and which of them are close."""
-        k, (low, high) = cells.receiver, self._ends(cells)
+        """Drop cells below the horizon; cells to divide further, those good enough, their ends (low, high (2, n)), and
+        which of them are close (n,): near the point or across its horizon, where samples do not tell their factors."""
+        k, (low, width) = cells.receiver, self._on_chart(cells)
+        low, high = self._along(cells, low), self._along(cells, low + width)
         middle, half = (low + high) / 2 - pairs.foot[:, k], (high - low) / 2
         below, slope = pairs.below[k], pairs.slope[:, k]
         (uu, uv, vv), height, tol = self.metric[:, pairs.source[k]], pairs.height[k], pairs.tolerance[k]
@@ -249,7 +246,7 @@ class Gather:
         fine = (error <= tol) | (leaf & (cells.width <= 0.5**VIRTUAL))
         close = (g2 > CLOSE**2) | (above < reach)
         done = np.flatnonzero(seen & fine)
-        return cells.take(np.flatnonzero(seen & ~fine)), cells.take(done), close[done]
+        return cells.take(np.flatnonzero(seen & ~fine)), cells.take(done), (low[:, done], high[:, done]), close[done]
 
     def _divide(self, cells):
         f = self.field
@@ -262,20 +259,17 @@ class Gather:
         origin[:, ~leaf] = 0.0
         return _Cells(np.repeat(cells.receiver, 4), owner, origin, np.where(leaf, width / 2, 1.0))
 
-    def _weigh(self, cells, close, pairs, detail):
+    def _weigh(self, cells, ends, close, pairs, detail):
         """Of cells good enough by their own: (pair, nodes (k, 9), weights (k, 9), partly hidden) and those to divide,
-        which an occluder's outline crosses and that matter.
-
-        close (n,): cells that the point is near, or that reach below its horizon: samples do not tell their factors.
-        """
+        which an occluder's outline crosses and that matter; ends and close as _sort_out tells them."""
         k, (low, width) = cells.receiver, self._on_chart(cells)
         t = low[:, None] + width * _GAUSS
         place, slope = self._along(cells, t), np.sin(np.pi * t) * _WEIGHTS
         kernel = self._kernel(pairs, k, place - pairs.foot[:, None, k]) * (slope[0][:, None] * slope[1])
         size = pairs.height[k] * self.area[pairs.source[k]] * self.extent[:, cells.owner].prod(axis=0)
         factor = kernel.sum(axis=(0, 1)) * size * (width * (np.pi / 2)) ** 2 / np.pi
-        self._settle(cells, np.flatnonzero(close), pairs, kernel, slope, factor)
-        open_, near = self._clear(pairs, k, self._ends(cells), place)
+        self._settle(k, ends, np.flatnonzero(close), pairs, kernel, slope, factor)
+        open_, near = self._clear(pairs, k, ends, place)
         partly = open_.any(axis=(0, 1)) & ~open_.all(axis=(0, 1))
         unsure = partly & (PARTLY * factor * detail.surface[pairs.source[k]] > pairs.tolerance[k])
         unsure &= (self.field.child[cells.owner] >= 0) | (cells.width > 0.5**VIRTUAL)
@@ -296,10 +290,9 @@ class Gather:
         distance2 = (uu * a * a + pairs.height[k] ** 2)[:, None] + vv * b * b + (2 * uv * a)[:, None] * b
         return np.maximum(above, 0.0) / (distance2 * distance2)
 
-    def _settle(self, cells, some, pairs, kernel, slope, factor):
-        """Exact factors of some of the cells; where their samples see nothing, the kernel is their area's."""
-        k, cells = cells.receiver[some], cells.take(some)
-        low, high = self._ends(cells)
+    def _settle(self, k, ends, some, pairs, kernel, slope, factor):
+        """Exact factors of some of the cells of pairs k (n,); where samples see nothing, the kernel is their area's."""
+        k, (low, high) = k[some], (end[:, some] for end in ends)
         corners = [self._world(pairs.source[k], a, b) for a, b in zip(*_around(low, high))]
         factor[some] = polygon_unoccluded(pairs.points[k], pairs.normals[k], np.transpose(corners, (2, 0, 1)))
         unseen = some[kernel[:, :, some].sum(axis=(0, 1)) == 0]
