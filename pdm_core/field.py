@@ -1,8 +1,9 @@
 """A field on the scene's surfaces: biquadratic cells of adaptive quadtrees, on lattices that share their nodes.
 
-Each surface carries charts: a plane the unit square, a sphere the six faces of a cube (equi-angular, so no pole and
-no seam). A cell holds 3 x 3 nodes at 0, 1/2, 1; its four children hold the same nodes and new ones between, so a
-value once computed is kept, and (child's value - parent's interpolant) is the hierarchical surplus, an error measure.
+Each surface carries charts: a plane the unit square, cut where a narrow gap before it ends, a sphere the six faces of
+a cube (equi-angular, so no pole and no seam). A cell holds 3 x 3 nodes at 0, 1/2, 1; its four children hold the same
+nodes and new ones between, so a value once computed is kept, and (child's value - parent's interpolant) is the
+hierarchical surplus, an error measure.
 
 Where shapes nearly touch, light varies over the width of the gap's mouth and surpluses cannot tell: in a gap both
 sides see little but each other, so a coarse field there agrees with itself. Cells are made that small beforehand.
@@ -23,7 +24,7 @@ FLAT = 0.2  # of the least size at contacts of spheres, which are points: gaps b
 # cells in a gap between planes: no larger than so many gaps or that part of the other plane's radius, or, in charts
 # that end where the gap does, so that nodes crowd there anyway, that one
 GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
-NARROW = 0.1  # width of a gap over the other plane's radius, up to which a chart ends at its rim
+NARROW = 1e-5, 0.1  # widths of a gap, of the other plane's radius, for which a chart ends at its rim: not at contacts
 ALIGNED, APART = 1e-5, 0.02  # of the edges: how far from straight along the chart, and how near each other, rims are
 NUDGE = 1e-7  # points on a plane's border are moved this part of its edges inwards, off the neighbour's plane
 
@@ -51,7 +52,8 @@ def charts_of(scene):
             continue
         local = surface.shape.local(corners.reshape(-1, 3)).reshape(corners.shape)
         height = surface.sign * local[..., 2] * np.sqrt(surface.shape.area)
-        close = (height.min(axis=1) > 0) & (height.max(axis=1) < NARROW * radius)
+        close = (height.min(axis=1) > NARROW[0] * radius) & (height.max(axis=1) < NARROW[1] * radius)
+        close &= ((local[..., :2].max(axis=1) > 0) & (local[..., :2].min(axis=1) < 1)).all(axis=1)
         for axis in range(2):
             at, to = local[close, :, axis], np.roll(local[close, :, axis], -1, axis=1)
             rims = np.sort(at[(np.abs(to - at) < ALIGNED) & (at > APART) & (at < 1 - APART)])
@@ -59,6 +61,11 @@ def charts_of(scene):
             if len(rims) < CHARTS:  # more of them would cost more nodes than they save
                 cuts[k, axis, 1 : len(rims) + 1] = rims
     return cuts
+
+
+def _across(cuts):
+    """(n surfaces, 2): number of charts of planes along both edges."""
+    return (cuts[:, :, :-1] < 1).sum(axis=2)
 
 
 def ungraded(s):
@@ -86,7 +93,7 @@ _QUARTERS = np.array([(3, 6, -1), (-1, 6, 3)]) / 8  # the quadratic at 1/4 and 3
 
 def first_nodes(scene):
     """Nodes a Field of the scene starts with: 25 a plane of one chart, 26 a sphere."""
-    across = (charts_of(scene)[:, :, :-1] < 1).sum(axis=2)
+    across = _across(charts_of(scene))
     flat = np.where(across.prod(axis=1) == 1, 25, (2 * across + 1).prod(axis=1))
     return int(np.where([isinstance(s.shape, Sphere) for s in scene.surfaces], 26, flat).sum())
 
@@ -97,7 +104,7 @@ class Field:
     def __init__(self, scene):
         self.scene = scene
         self.cuts = charts_of(scene)
-        self.across = (self.cuts[:, :, :-1] < 1).sum(axis=2)  # (n surfaces, 2) charts of planes along both edges
+        self.across = _across(self.cuts)
         self.is_sphere = np.array([isinstance(s.shape, Sphere) for s in scene.surfaces])
         self.charts = charts = np.where(self.is_sphere, 6, self.across.prod(axis=1))
         self.root = np.concatenate([[0], np.cumsum(charts)[:-1]])  # first root cell of each surface

@@ -31,7 +31,8 @@ def test_charts_end_at_the_rims_of_a_narrow_gap_and_of_nothing_else():
     assert np.allclose(cuts[CEILING, 1], [0, 2.0 / 6, 3.5 / 6, 1])
     assert (np.delete(cuts, CEILING, axis=0)[:, :, 1] == 1).all()
     standing = Plane((-1, 0.5, 1.0), (2, 0, 0), (0, 0, 2.0))
-    for panel in (hanging(gap=1.0), hanging(turn=0.3), standing):
+    beside = hanging(low=(-1.0, 3.5))
+    for panel in (hanging(gap=1.0), hanging(gap=1e-6), hanging(turn=0.3), beside, standing):
         assert (charts_of(room_with(panel))[:, :, 1] == 1).all()
 
 
