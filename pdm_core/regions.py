@@ -243,15 +243,25 @@ def _conic_plane_breaks(conic, planes):
     return np.concatenate([np.where(crosses, np.arctan2(sin, cos), 0.0) for cos, sin in ends])
 
 
+def _both_round(ball, other):
+    return other is not None and ball.linear is None and other.linear is None
+
+
+def _arc_within(ball, other):
+    """Of round balls: the angle (m,) in [0, a turn) at which the outline of `ball` enters the cone of `other`, and the
+    one at which it leaves it again: the same where they are apart, a turn later where it never does."""
+    # |r| = 1 on a circular cone, so that the other cone is the plane r . axis = cos
+    a0 = ball.cos * dot(ball.axis, other.axis) - other.cos
+    a1, a2 = ball.sin * dot(ball.u, other.axis), ball.sin * dot(ball.v, other.axis)
+    half = np.arctan2(np.sqrt(np.maximum(a1 * a1 + a2 * a2 - a0 * a0, 0.0)), -a0)
+    start = np.mod(np.arctan2(a2, a1) - half, TURN)
+    return start, start + 2 * half
+
+
 def _conic_ball_breaks(ball, other):
     """Angles (2 or 4, m) where the outline of `ball` crosses the outline of `other`."""
-    if ball.linear is None and other.linear is None:
-        # |r| = 1 on a circular cone, so that the other cone is the plane r . axis = cos
-        a0 = ball.cos * dot(ball.axis, other.axis) - other.cos
-        a1, a2 = ball.sin * dot(ball.u, other.axis), ball.sin * dot(ball.v, other.axis)
-        reach = a1 * a1 + a2 * a2 - a0 * a0
-        half, middle = np.arctan2(np.sqrt(np.maximum(reach, 0.0)), -a0), np.arctan2(a2, a1)
-        return np.where(reach > 0, np.stack([middle - half, middle + half]), 0.0)
+    if _both_round(ball, other):
+        return np.stack(_arc_within(ball, other))
     k = [other.to_local(k) for k in ball.conic]
     w = [cross(other.c, v) for v in k]
 
@@ -313,8 +323,11 @@ def _arc_integral(n, ball, f0, f1):
 
 def _conic_pieces(n, ball, inside, outside):
     """Contour integral (m,) over the parts of ball's outline inside one region and outside others."""
-    breaks = []
-    for region in [inside, *outside]:
+    hiding = [o for o in outside if _both_round(ball, o.ball)]  # of these the arc that they hide is known
+    others = [o for o in outside if not _both_round(ball, o.ball)]
+    arcs = [_arc_within(ball, o.ball) for o in hiding]
+    breaks = [np.stack(arc) for arc in arcs]
+    for region in [inside, *others]:
         breaks += _conic_breaks(ball, region)
     breaks = np.concatenate([np.mod(b, TURN) for b in breaks])
     breaks.sort(axis=0)
@@ -325,8 +338,11 @@ def _conic_pieces(n, ball, inside, outside):
     k0, k1, k2 = (k[:, None] for k in ball.conic)
     r = k0 + k1 * np.cos(middle) + k2 * np.sin(middle)
     keep = (f1 - f0 > 1e-15) & _inside(inside, r)
-    for region in outside:
+    for region in others:
         keep &= ~_inside(region, r)
+    for region, (start, end) in zip(hiding, arcs):
+        within = ((middle > start) & (middle < end)) | (middle + TURN < end)
+        keep &= ~(within & region.active)
     return np.where(keep, _arc_integral(n, ball, f0, f1), 0.0).sum(axis=0)
 
 
