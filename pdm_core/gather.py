@@ -87,8 +87,8 @@ class Gather:
         self.rooms = sources[factors.is_inside[sources]]
         self.silent, self.sum_tells = factors.shafts.silent(sources), factors.shafts.sum_tells(sources)
         linear = np.array([s.shape.linear for s in factors.scene.surfaces])
-        self.frame = u_v = factors.origin.T.copy(), linear[:, :, 0].T.copy(), linear[:, :, 1].T.copy()
-        self.metric = np.stack([dot(u_v[1], u_v[1]), dot(u_v[1], u_v[2]), dot(u_v[2], u_v[2])])
+        u, v = linear[:, :, 0].T.copy(), linear[:, :, 1].T.copy()
+        self.frame, self.metric = (factors.origin.T.copy(), u, v), np.stack([dot(u, u), dot(u, v), dot(v, v)])
         self.area = factors.scene.areas
         chart, corner = np.divmod(field.corner, GRID)
         self.corner = corner.T / GRID  # of cells (2, n) in their charts, which begin and extend so along the edges
@@ -222,6 +222,11 @@ class Gather:
         begin, extent = (a[:, cells.owner].reshape(shape) for a in (self.begin, self.extent))
         return begin + extent * graded(t)
 
+    def _reach2(self, source, half):
+        """(n,) m^2: square of how far rectangles reach from their middles, half (2, n) along planes source (n,)."""
+        uu, uv, vv = self.metric[:, source]
+        return uu * half[0] ** 2 + vv * half[1] ** 2 + 2 * np.abs(uv) * half[0] * half[1]
+
     def _sort_out(self, cells, pairs, detail):
         """Drop cells below the horizon; cells to divide further, those good enough, their ends (low, high (2, n)), and
         which of them are close (n,): near the point or across its horizon, where samples do not tell their factors."""
@@ -232,7 +237,7 @@ class Gather:
         (uu, uv, vv), height, tol = self.metric[:, pairs.source[k]], pairs.height[k], pairs.tolerance[k]
         above, reach = below + (slope * middle).sum(axis=0), (np.abs(slope) * half).sum(axis=0)
         distance2 = uu * middle[0] ** 2 + vv * middle[1] ** 2 + 2 * uv * middle[0] * middle[1] + height**2
-        half2 = uu * half[0] ** 2 + vv * half[1] ** 2 + 2 * np.abs(uv) * half[0] * half[1]
+        half2 = self._reach2(pairs.source[k], half)
         distance, g2 = np.sqrt(distance2), half2 / distance2
         area = 4 * half[0] * half[1] * self.area[pairs.source[k]]
         cosine = np.clip((above + reach) / distance, 0, 1)
@@ -293,7 +298,8 @@ class Gather:
     def _settle(self, k, ends, some, pairs, kernel, slope, factor):
         """Exact factors of some of the cells of pairs k (n,); where samples see nothing, the kernel is their area's."""
         k, (low, high) = k[some], (end[:, some] for end in ends)
-        corners = [self._world(pairs.source[k], a, b) for a, b in zip(*_around(low, high))]
+        around = (low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])
+        corners = [self._world(pairs.source[k], a, b) for a, b in around]
         factor[some] = polygon_unoccluded(pairs.points[k], pairs.normals[k], np.transpose(corners, (2, 0, 1)))
         unseen = some[kernel[:, :, some].sum(axis=(0, 1)) == 0]
         kernel[:, :, unseen] = slope[0][:, None, unseen] * slope[1][:, unseen]
@@ -314,10 +320,8 @@ class Gather:
         if len(some):
             source = pairs.source[k[some]]
             low, high = ends[0][:, some], ends[1][:, some]
-            middle, half = (low + high) / 2, (high - low) / 2
-            (uu, uv, vv) = self.metric[:, source]
-            radius = np.sqrt(uu * half[0] ** 2 + vv * half[1] ** 2 + 2 * np.abs(uv) * half[0] * half[1])
-            x, centre = pairs.points[k[some]], self._world(source, *middle).T
+            x, centre = pairs.points[k[some]], self._world(source, *((low + high) / 2)).T
+            radius = np.sqrt(self._reach2(source, (high - low) / 2))
             link, shape = self.factors.shafts.between(x, centre, radius, pairs.occluders[k[some]])
             near[some[link]] = True
             start, (o, u, v) = np.ascontiguousarray(x[link].T), (axis[:, source[link]] for axis in self.frame)
@@ -492,11 +496,6 @@ class Received:
         value = np.einsum("nk,nkc->nc", weight, self.values[self.local[self.field.nodes[cell]]])
         means = value[:, 3:].reshape(len(value), -1, 3)
         return value[:, :3] + np.einsum("ns,nsc->nc", factors, means)
-
-
-def _around(low, high):
-    """Corners of rectangles (2, n): a (4, n) and b (4, n), one after the other around."""
-    return (low[0], high[0], high[0], low[0]), (low[1], low[1], high[1], high[1])
 
 
 def _joined(cells):
