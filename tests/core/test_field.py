@@ -1,11 +1,16 @@
 """Charts and cells: planes are cut where a narrow gap ends, and the field knows its way over the cuts."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from rooms import cube_planes
 
 from pdm_core import Plane, Scene, Surface, solve
 from pdm_core.field import Field, charts_of, first_nodes
+from pdm_core.gather import Detail, Gather
+from pdm_core.numerics import gauss_square
+from pdm_core.visibility import Factors, Shafts
 
 CEILING = 1
 
@@ -58,6 +63,36 @@ def test_cells_of_cut_planes_cover_them_and_are_found_again():
         [(weights * at).sum(axis=1) for at in np.array([(a, b) for a in range(3) for b in range(3)]).T / 2], 1
     )
     assert np.allclose(nodes, uv, atol=1e-3)  # the nodes are a hair inside of the border
+
+
+@pytest.mark.parametrize("v", [(0, 3, 0), (1.5, 3, 0), (-2.5, 2, 0)])
+def test_light_from_a_plane_that_varies_over_it(v):
+    """Rows times a field against brute quadrature, for edges that are orthogonal and edges that are not."""
+    source, receiver = Plane((0, 0, 0), (2, 0, 0), v), Plane((0.5, 0.5, 0.7), (0.3, 0.1, 0.5), (0.2, 0.6, -0.3))
+    scene = Scene([Surface(source, 0.5, 1.0), Surface(receiver, 0.5, side="back"), Surface(receiver, 0.5)])
+    factors, field = Factors(scene, Shafts(scene), Counter()), Field(scene)
+    for _ in range(2):
+        field.refine(field.leaves)
+    at = np.random.default_rng(2).random((40, 2))
+    points = receiver.origin + at[:, :1] * receiver.u + at[:, 1:] * receiver.v
+    nodes, weights = gauss_square(80)
+    y = source.origin + nodes[:, :1] * source.u + nodes[:, 1:] * source.v
+    count = len(field.level)
+    every = Detail(np.ones(count), np.full(count, 1.0), np.ones(3))
+    for own in (1, 2):
+        normals = np.tile(scene.surfaces[own].sign * receiver.normal, (40, 1))
+        gather = Gather(field, factors, np.array([0]))
+        blocks = gather.blocks(points, normals, np.full(40, own), every, np.full(40, 1e-4))
+        rows = np.concatenate([block[1] for block in blocks if block])
+        found = rows @ brightness(field.points)
+        e = y - points[:, None]
+        cosine = np.maximum(np.einsum("nji,ni->nj", e, normals), 0.0) * np.maximum(-e @ source.normal, 0.0)
+        kernel = cosine / (np.pi * np.einsum("nji,nji->nj", e, e) ** 2)
+        assert np.abs(found - (kernel * weights) @ brightness(y) * source.area).max() < 2e-3
+
+
+def brightness(points):
+    return 1 + np.sin(2 * points[:, 0]) * np.cos(1.5 * points[:, 1])
 
 
 def test_the_gap_over_a_lamp_has_the_light_it_has_without_cuts():
