@@ -23,6 +23,7 @@ Progress = namedtuple("Progress", "fraction error seconds")
 COARSEST = 0.16  # relative error aimed at by the first round
 STEP = 4.0  # each further round aims at most this much lower
 LINK_SHARE = 0.2  # tolerance of one link, of the round's target
+SHARPER = 0.25  # part of it to go on with where links turn out to be what most of the error comes from
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
 CELL_NODES = 20  # that splitting a cell adds, with the neighbours that have to follow
@@ -110,7 +111,7 @@ class _State:
         self.fractions = np.zeros((0, len(self.lights) + 1))
         self.indirect = np.zeros((len(self.field.keys), 3))
         self.rows = Rows()
-        self.link_target = None
+        self.link_target, self.sharpness = None, 1.0
         self.optimism = 1.0  # error measured by residuals, of the error the surpluses promise
         self.exact, self.remembered, self.looks = {}, {}, []
 
@@ -379,6 +380,20 @@ class _State:
             self.split(cells)
         return room > 0
 
+    def sharpen(self):
+        """All rows anew with finer links where they, all off to one side, are most of the error; False where not."""
+        parts = self.error_parts
+        if not self.checked or parts.get("gather", 0.0) < max(parts.get("discretisation", 0.0), parts.get("sent", 0.0)):
+            return False
+        self.sharpness *= SHARPER
+        self.link_up(self.link_target)
+        return True
+
+    def link_up(self, target):
+        """Drop all rows; those to come have links fit for `target`."""
+        self.rows, self.link_target = Rows(), target
+        self.link_tolerance = LINK_SHARE * self.sharpness * target * self.level
+
     def room(self, share=1.0):
         """How many cells may still be split, within this share of what memory the first nodes leave."""
         first = self.plan.counts["nodes"]
@@ -424,8 +439,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
         for _ in state.light_up(target, final):
             yield Progress(_fraction(state, target_error), state.error, state.elapsed())
         if final != state.link_target:
-            state.rows, state.link_target = Rows(), final
-            state.link_tolerance = LINK_SHARE * final * state.level
+            state.link_up(final)
         for turn in range(MAX_ROUNDS):
             for _ in _round(state, target, turn == MAX_ROUNDS - 1):
                 yield Progress(_fraction(state, target_error), state.error, state.elapsed())
@@ -435,7 +449,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
                 best = _better(best, state)
             if (state.checked and state.error <= target) or (best and _late(state, time_limit)):
                 break
-            if state.refine(target):
+            if (target == target_error and state.sharpen()) or state.refine(target):
                 continue
             if not state.checked:  # nothing left to split although little was promised: measure what it is
                 for _ in state.check(target):
