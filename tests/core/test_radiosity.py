@@ -229,3 +229,16 @@ def test_the_stated_error_is_true_where_the_room_amplifies_it(rho):
         total += ((radiance - scene.emission[k]) ** 2).sum()
     assert np.sqrt(wrong / total) < coarse.error + fine.error
     assert coarse.error < 1e-2
+
+
+def test_links_are_made_finer_where_they_are_most_of_the_error():
+    """A lamp and a shelf in narrow gaps: errors of links go to one side there, which no finer field would mend."""
+    lamp, shelf = (
+        Plane((1.15, 1.6, 3.96), (0, 1.51, 0), (1.45, 0, 0)),
+        Plane((3.3e-3, 0.98, 0.88), (0, 1.2, 0), (0, 0, 0.8)),
+    )
+    panels = [Surface(lamp, 0.29, 5.8), Surface(lamp, 0.29, side="back")]
+    panels += [Surface(shelf, 0.5), Surface(shelf, 0.5, side="back")]
+    solution = solve(Scene(box(0.46, 0.0, size=(4.61, 4.03, 4.11)) + panels), 1e-2)
+    assert solution.error < 1e-2 and not solution.warnings
+    assert solution.nodes < 4000
