@@ -16,7 +16,7 @@ import numpy as np
 from .closed_forms import divide, dot, polygon_unoccluded
 from .error_estimates import DECAY, decay
 from .field import GRID, basis, graded
-from .numerics import gauss_legendre
+from .numerics import Block, gauss_legendre
 from .scene import unit
 from .view import lattice_blocked
 
@@ -28,7 +28,7 @@ CLOSE = 0.5  # size over distance of a cell whose factor nine samples do not tel
 AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
 FACTORS = 1 << 13  # of whole surfaces in a block of rows: few large calls, but signs of life between
-ENTRIES = 1 << 18  # of a dense block of rows, which stays in the cache while it is added up
+BLOCK = 128  # rows of a dense block: neighbours, which use much the same nodes
 MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
 _GAUSS, _WEIGHTS = (rule[:, None] for rule in gauss_legendre(3))
 _CHILDREN = np.array([(0, 0, 1, 1), (0, 1, 0, 1)])
@@ -94,39 +94,42 @@ class Gather:
         self.corner = corner.T / GRID  # of cells (2, n) in their charts, which begin and extend so along the edges
         self.begin, end = (field.cuts[field.surface, ((0,), (1,)), chart.T + k] for k in (0, 1))
         self.extent = end - self.begin
+        self.by_surface = np.argsort(field.node_surface, kind="stable")  # nodes in the order of a block's columns
+        self.rank = np.argsort(self.by_surface)
         self.links = 0
 
     def blocks(self, points, normals, surface, detail, tolerance):
-        """Yield (slice, dense rows (k, n nodes)) over the receivers, and None between as a sign of life.
+        """Yield Blocks of the receivers' rows over the field's nodes, and None between as a sign of life.
 
         tolerance (m,): of one link, in detail's units.
         """
         step = int(np.clip(FACTORS // max(len(self.flat) + len(self.balls) + len(self.rooms), 1), 64, RECEIVERS))
-        for start in range(0, len(points), step):
-            part = slice(start, start + step)
+        for some in _parts(np.arange(len(points)), step):
             entries = []
-            for entry in self._entries(points[part], normals[part], surface[part], detail, tolerance[part]):
+            for entry in self._entries(points[some], normals[some], surface[some], detail, tolerance[some]):
                 yield None
                 if entry is not None:
                     entries.append(entry)
-            for some, rows in self._dense(entries, len(points[part])):
-                yield slice(start + some.start, start + some.stop), rows
+            yield from self._dense(entries, some)
 
-    def _dense(self, entries, receivers):
-        """Entries (receiver (k,), nodes (k, j), weights (k, j)) -> slices of the receivers and their dense rows."""
-        count = len(self.field.keys)
+    def _dense(self, entries, rows):
+        """Entries (receiver (k,), nodes (k, j), weights (k, j)), receivers counted within rows (m,) -> Blocks."""
         each = [node.shape[1] // 9 for _, node, _ in entries]
         receiver = np.concatenate([np.zeros(0, int), *(np.repeat(e[0], k) for e, k in zip(entries, each))])
         node = np.concatenate([np.zeros((0, 9), int), *(e[1].reshape(-1, 9) for e in entries)])
         weight = np.concatenate([np.zeros((0, 9)), *(e[2].reshape(-1, 9) for e in entries)])
         order = np.argsort(receiver, kind="stable")
-        step = max(1, ENTRIES // max(count, 1))
-        ends = np.searchsorted(receiver[order], np.arange(0, receivers + step, step))
-        for start, low, high in zip(range(0, receivers, step), ends[:-1], ends[1:]):
-            size, pick = min(step, receivers - start), order[low:high]
-            flat = (receiver[pick, None] - start) * count + node[pick]
-            rows = np.bincount(flat.ravel(), weight[pick].ravel(), minlength=size * count)
-            yield slice(start, start + size), rows.astype(np.float32).reshape(size, count)
+        starts = np.arange(0, len(rows), BLOCK)
+        ends = np.searchsorted(receiver[order], np.append(starts, len(rows)))
+        for start, low, high in zip(starts, ends[:-1], ends[1:]):
+            pick, some = order[low:high], rows[start : start + BLOCK]
+            nodes, used = self.rank[node[pick]], np.zeros(len(self.rank), bool)
+            used[nodes] = True
+            columns = np.flatnonzero(used)
+            place = (np.cumsum(used) - 1)[nodes]
+            place += (receiver[pick] - start)[:, None] * len(columns)
+            dense = np.bincount(place.ravel(), weight[pick].ravel(), minlength=len(some) * len(columns))
+            yield Block(some, self.by_surface[columns], dense.astype(np.float32).reshape(len(some), len(columns)))
 
     def _entries(self, x, n, own, detail, tol):
         balls = np.zeros(len(x))

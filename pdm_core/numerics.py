@@ -1,5 +1,6 @@
-"""Textbook numerics: Gauss rules, a dense matrix that grows by rows, and GMRES for several right sides."""
+"""Textbook numerics: Gauss rules, a matrix that grows by blocks of rows, and GMRES for several right sides."""
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -24,36 +25,51 @@ def gauss_square(points):
     return square, weights
 
 
-class Rows:
-    """A dense matrix grown by blocks of rows, each as wide as there were columns when it was made, never copied."""
+@dataclass
+class Block:
+    """Rows (k,) of a matrix over the columns (c,) that they use, ascending by what they belong to: values (k, c)."""
 
-    def __init__(self, blocks=()):
-        self.blocks, self.count = list(blocks), sum(len(b) for b in blocks)
+    rows: np.ndarray
+    columns: np.ndarray
+    values: np.ndarray
+
+
+class Rows:
+    """A matrix of few columns a row, as dense blocks of rows that use much the same ones; grown, never copied."""
+
+    def __init__(self, blocks=(), count=0):
+        self.blocks, self.count = list(blocks), count
 
     def __len__(self):
         return self.count
 
-    def copy(self):
-        """The same rows, to be appended to apart."""
-        return Rows(self.blocks)
+    def grown(self, blocks, count):
+        """With more blocks, and `count` rows in all; rows in no block are zero."""
+        return Rows([*self.blocks, *blocks], count)
 
-    def append(self, block):
-        self.blocks.append(block)
-        self.count += len(block)
+    @property
+    def bytes(self):
+        return sum(block.values.nbytes for block in self.blocks)
 
-    def times(self, value, columns=None):
-        """value (n columns, c) -> (n rows, c); columns: ascending, those that value stands for, if not all."""
-        out = np.zeros((self.count, value.shape[1]))
-        value, start = value.astype(np.float32), 0
+    def times(self, value):
+        """value (n columns, c) -> (n rows, c)"""
+        out, value = np.zeros((self.count, value.shape[1])), value.astype(np.float32)
         for block in self.blocks:
-            width, part = block.shape[1], slice(start, start + len(block))
-            if columns is None:
-                out[part] = block @ value[:width]
-            else:
-                some = columns[: np.searchsorted(columns, width)]
-                picked = block if len(some) == width else block[:, some]
-                out[part] = picked @ value[: len(some)]
-            start = part.stop
+            out[block.rows] = block.values @ value[block.columns]
+        return out
+
+    def times_by_part(self, value, part, count):
+        """value (n columns, c), split by the part (n columns,) that columns belong to -> (n rows, count, c).
+
+        A generator with a sign of life a block.
+        """
+        out, value = np.zeros((self.count, count, value.shape[1])), value.astype(np.float32)
+        for block in self.blocks:
+            own = part[block.columns]
+            start = np.flatnonzero(np.diff(own, prepend=-1))
+            for k, low, high in zip(own[start], start, np.append(start[1:], len(own))):
+                out[block.rows, k] = block.values[:, low:high] @ value[block.columns[low:high]]
+            yield
         return out
 
 
@@ -95,3 +111,4 @@ def _least_squares(columns, beta):
         w[:, c] = np.linalg.lstsq(h, right, rcond=None)[0]
         left[c] = np.linalg.norm(right - h @ w[:, c])
     return w, left
+

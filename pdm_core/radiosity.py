@@ -33,7 +33,6 @@ SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's ta
 REFINE_TO = 0.42  # a refinement leaves this part of the target in the leaves not split
 MAX_ROUNDS = 8  # refinements towards one target
 MAX_KRYLOV = 60
-SOURCES = 8  # split in one product: dense ones of this width beat copying the columns
 SAMPLES = 128  # points where the residual is measured each round
 SEED = 20  # of the samples: runs repeat
 LOOKS = 4  # sets of samples at most, where the error found hangs on one point
@@ -74,11 +73,8 @@ class Solution:
         """points (n, 3) m, unit normals (n, 3), anywhere in space -> irradiance / pi (n, 3)"""
         points, normals = np.asarray(points, float).reshape(-1, 3), np.asarray(normals, float).reshape(-1, 3)
         free = np.full(len(points), -1)
-        gathered = np.zeros((len(points), 3))
-        for block in self._state.gathered(points, normals, free, self._state.link_tolerance):
-            if block:
-                gathered[block[0]] = block[1]
-        return gathered + self._state.direct(points, normals, free)
+        indirect = self._state.gathered(points, normals, free, self._state.link_tolerance)
+        return indirect + self._state.direct(points, normals, free)
 
     def relight(self, scene):
         """The same shapes and sides with other reflectance, emission or background -> Solution, without visibility."""
@@ -151,12 +147,16 @@ class _State:
             self.remembered[key] = self.factors.lists(x, normals, surface, parts, wanted, self.background)
         return self.remembered[key]
 
-    def gathered(self, points, normals, surface, tolerance):
-        """Yield (slice, indirect irradiance / pi (k, 3)) at points."""
+    def links(self, points, normals, surface, tolerance):
+        """Yield Blocks of rows over the nodes of `sent` at points, and None between as a sign of life."""
         gather = Gather(self.sent, self.factors, self.reflectors)
-        value = self.radiosity()
-        for block in gather.blocks(points, normals, surface, self.detail(), self.tolerance(surface, tolerance)):
-            yield block and (block[0], block[1] @ value)
+        yield from gather.blocks(points, normals, surface, self.detail(), self.tolerance(surface, tolerance))
+        self.counts["links"] += gather.links
+
+    def gathered(self, points, normals, surface, tolerance):
+        """Indirect irradiance / pi (n, 3) at points."""
+        rows = Rows([block for block in self.links(points, normals, surface, tolerance) if block], len(points))
+        return rows.times(self.radiosity())
 
     def radiosity(self):
         """(n sent nodes, 3): what the nodes send on besides the lights' uniform emission."""
@@ -237,25 +237,18 @@ class _State:
         return tolerance / np.maximum(rho, 0.05)
 
     def extend(self):
-        """Rows for the nodes that have none; yields now and then."""
-        f, old = self.field, len(self.rows)
-        new = np.arange(old, len(f.keys))
-        needed = self.reached[f.node_surface[new]] & bool(len(self.reflectors) and self.norm > 0)
-        rows = self.rows.copy()
-        gather = Gather(self.sent, self.factors, self.reflectors)
-        # runs of nodes that light reaches, and of those that it does not
-        for run in np.split(new, np.flatnonzero(np.diff(needed)) + 1) if len(new) else []:
-            if not needed[run[0] - old]:
-                rows.append(np.zeros((len(run), 0)))
-                continue
-            own = f.node_surface[run]
-            tolerance = self.tolerance(own, self.link_tolerance)
-            for block in gather.blocks(f.points[run], f.normals[run], own, self.detail(), tolerance):
-                if block:
-                    rows.append(block[1])
-                yield
-        self.counts["links"] += gather.links
-        self.rows = rows
+        """Rows for the nodes that have none and that light reaches; yields now and then."""
+        f = self.field
+        new = np.arange(len(self.rows), len(f.keys))
+        new = new[self.reached[f.node_surface[new]] & bool(len(self.reflectors) and self.norm > 0)]
+        blocks = []
+        own = f.node_surface[new]
+        for block in self.links(f.points[new], f.normals[new], own, self.link_tolerance):
+            if block:
+                block.rows = new[block.rows]
+                blocks.append(block)
+            yield
+        self.rows = self.rows.grown(blocks, len(f.keys))
 
     # -- solving -------------------------------------------------------------------------------------------------
 
@@ -278,16 +271,10 @@ class _State:
 
     def by_source(self, value):
         """Nodal radiosity -> what each node receives from each reflector (n, s, 3), and the form factors (n, s)."""
-        own = self.sent.node_surface
+        part = np.full(len(self.scene), -1)
+        part[self.reflectors] = np.arange(len(self.reflectors))
         value = np.column_stack([value, np.ones(len(value))])
-        out = np.empty((len(self.rows), len(self.reflectors), 4))
-        for start in range(0, len(self.reflectors), SOURCES):
-            group = self.reflectors[start : start + SOURCES]
-            nodes = np.flatnonzero(np.isin(own, group))
-            part = (own[nodes, None] == group)[..., None] * value[nodes, None]
-            received = self.rows.times(part.reshape(len(nodes), -1), nodes)
-            out[:, start : start + SOURCES] = received.reshape(len(out), len(group), 4)
-            yield
+        out = yield from self.rows.times_by_part(value, part[self.sent.node_surface], len(self.reflectors))
         return out[..., :3], out[..., 3]
 
     def divide(self, target):
@@ -330,14 +317,13 @@ class _State:
     def look(self, seed):
         """Geometry of random points whose residual tells the error: finer rows, and factors of the lights; yields."""
         surface, points, normals, weight = sample_points(self.field, self.leaf_error, self.reached, SAMPLES, seed)
-        gather, rows = Gather(self.sent, self.factors, self.reflectors), Rows()
-        tolerance = self.tolerance(surface, self.link_tolerance * FINER)
-        for block in gather.blocks(points, normals, surface, self.detail(), tolerance):
+        blocks = []
+        for block in self.links(points, normals, surface, self.link_tolerance * FINER):
             if block:
-                rows.append(block[1])
+                blocks.append(block)
             yield
         fractions = self.factors.matrix(points, normals, surface, self.lights, self.background)
-        self.looks.append(Look(surface, points, weight, rows, fractions))
+        self.looks.append(Look(surface, points, weight, Rows(blocks, len(points)), fractions))
 
     def judge(self):
         """Error and its parts from the points looked at -> Residual."""

@@ -9,7 +9,7 @@ from rooms import cube_planes
 from pdm_core import Plane, Scene, Surface, solve
 from pdm_core.field import Field, charts_of, first_nodes
 from pdm_core.gather import Detail, Gather
-from pdm_core.numerics import gauss_square
+from pdm_core.numerics import Rows, gauss_square
 from pdm_core.visibility import Factors, Shafts
 
 CEILING = 1
@@ -83,8 +83,8 @@ def test_light_from_a_plane_that_varies_over_it(v):
         normals = np.tile(scene.surfaces[own].sign * receiver.normal, (40, 1))
         gather = Gather(field, factors, np.array([0]))
         blocks = gather.blocks(points, normals, np.full(40, own), every, np.full(40, 1e-4))
-        rows = np.concatenate([block[1] for block in blocks if block])
-        found = rows @ brightness(field.points)
+        rows = Rows([block for block in blocks if block], 40)
+        found = rows.times(brightness(field.points)[:, None])[:, 0]
         e = y - points[:, None]
         cosine = np.maximum(np.einsum("nji,ni->nj", e, normals), 0.0) * np.maximum(-e @ source.normal, 0.0)
         kernel = cosine / (np.pi * np.einsum("nji,nji->nj", e, e) ** 2)

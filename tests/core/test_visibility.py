@@ -10,6 +10,7 @@ from test_view import BALLS, ELLIPSOIDS, SCREENS, floor_points, free_points
 from pdm_core import Scene, Sphere, Surface
 from pdm_core.field import Field
 from pdm_core.gather import Detail, Gather
+from pdm_core.numerics import Rows
 from pdm_core.plan import plan
 from pdm_core.view import segment_blocked
 from pdm_core.visibility import Factors, Shafts
@@ -78,8 +79,8 @@ def test_the_sum_of_all_factors_gives_one_of_them():
     def received():
         factors.counts.clear()
         blocks = Gather(field, factors, sources).blocks(points, normals, own, flat, np.full(200, 0.1))
-        rows = np.concatenate([block[1] for block in blocks if block])
-        return rows @ (field.node_surface[:, None] == sources), factors.counts.copy()
+        rows = Rows([block for block in blocks if block], 200)
+        return rows.times(field.node_surface[:, None] == sources), factors.counts.copy()
 
     by_sum, told = received()
     factors.shafts.walls = np.zeros(0, int)
