@@ -32,7 +32,15 @@ NUDGE = 1e-7  # points on a plane's border are moved this part of its edges inwa
 def graded(t):
     """Chart coordinate t in [0, 1] -> position along a plane's edge: nodes crowd to the borders, where neighbours
     meet and light has d log d terms, quadratically."""
-    return np.sin(t * (np.pi / 2)) ** 2
+    return t * t * (3 - 2 * t)
+
+
+def graded_slope(t):
+    return 6 * t * (1 - t)
+
+
+def ungraded(s):
+    return 0.5 - np.sin(np.arcsin(np.clip(1 - 2 * s, -1.0, 1.0)) / 3)
 
 
 def charts_of(scene):
@@ -66,10 +74,6 @@ def charts_of(scene):
 def _across(cuts):
     """(n surfaces, 2): number of charts of planes along both edges."""
     return (cuts[:, :, :-1] < 1).sum(axis=2)
-
-
-def ungraded(s):
-    return np.arcsin(np.sqrt(np.clip(s, 0.0, 1.0))) * (2 / np.pi)
 
 
 def basis(t):

@@ -15,10 +15,10 @@ import numpy as np
 
 from .closed_forms import divide, dot, polygon_unoccluded
 from .error_estimates import DECAY, decay
-from .field import GRID, basis, graded
+from .field import GRID, basis, graded, graded_slope
 from .numerics import Block, gauss_legendre
 from .scene import unit
-from .view import lattice_blocked
+from .visibility import Shadows
 
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
 RECEIVERS = 1024  # in a block of rows
@@ -72,6 +72,7 @@ class _Pairs:
     surface: np.ndarray
     source: np.ndarray
     occluders: np.ndarray
+    shadows: Shadows
     foot: np.ndarray
     below: np.ndarray
     slope: np.ndarray
@@ -153,7 +154,8 @@ class Gather:
         foot = np.ascontiguousarray(self.field.local(s, lifted)[:, :2].T)
         below = -height * np.einsum("ni,ni->n", n[r], self.factors.front[s])
         slope = np.stack([dot(n[r].T, edge[:, s]) for edge in self.frame[1:]])
-        pairs = _Pairs(lifted, n[r], height, tol[r], own[r], s, occluders, foot, below, slope)
+        shadows = Shadows(shafts.table, lifted, [axis[:, s] for axis in self.frame], occluders)
+        pairs = _Pairs(lifted, n[r], height, tol[r], own[r], s, occluders, shadows, foot, below, slope)
         links = []
         for start in range(0, len(r), PAIRS):
             chunk = np.arange(start, min(start + PAIRS, len(r)))
@@ -234,7 +236,7 @@ class Gather:
         """Drop cells below the horizon; cells to divide further, those good enough, their ends (low, high (2, n)), and
         which of them are close (n,): near the point or across its horizon, where samples do not tell their factors."""
         k, (low, width) = cells.receiver, self._on_chart(cells)
-        low, high = self._along(cells, low), self._along(cells, low + width)
+        low, high = np.moveaxis(self._along(cells, np.stack([low, low + width], axis=1)), 1, 0)
         middle, half = (low + high) / 2 - pairs.foot[:, k], (high - low) / 2
         below, slope = pairs.below[k], pairs.slope[:, k]
         (uu, uv, vv), height, tol = self.metric[:, pairs.source[k]], pairs.height[k], pairs.tolerance[k]
@@ -272,21 +274,21 @@ class Gather:
         which an occluder's outline crosses and that matter; ends and close as _sort_out tells them."""
         k, (low, width) = cells.receiver, self._on_chart(cells)
         t = low[:, None] + width * _GAUSS
-        place, slope = self._along(cells, t), np.sin(np.pi * t) * _WEIGHTS
+        place, slope = self._along(cells, t), graded_slope(t) * _WEIGHTS
         kernel = self._kernel(pairs, k, place - pairs.foot[:, None, k]) * (slope[0][:, None] * slope[1])
         size = pairs.height[k] * self.area[pairs.source[k]] * self.extent[:, cells.owner].prod(axis=0)
-        factor = kernel.sum(axis=(0, 1)) * size * (width * (np.pi / 2)) ** 2 / np.pi
+        factor = kernel.sum(axis=(0, 1)) * size * width**2 / np.pi
         self._settle(k, ends, np.flatnonzero(close), pairs, kernel, slope, factor)
-        open_, near = self._clear(pairs, k, ends, place)
-        partly = open_.any(axis=(0, 1)) & ~open_.all(axis=(0, 1))
+        hidden, near = pairs.shadows.over(k, *ends, place)
+        partly = near & hidden.any(axis=(0, 1)) & ~hidden.all(axis=(0, 1))
         unsure = partly & (PARTLY * factor * detail.surface[pairs.source[k]] > pairs.tolerance[k])
         unsure &= (self.field.child[cells.owner] >= 0) | (cells.width > 0.5**VIRTUAL)
         keep = np.flatnonzero(~unsure)
         self.links += len(keep)
-        kernel = np.where(open_, kernel, 0.0)[:, :, keep] * (factor / kernel.sum(axis=(0, 1)))[keep]
+        kernel = np.where(hidden, 0.0, kernel)[:, :, keep] * (factor / kernel.sum(axis=(0, 1)))[keep]
         a, b = np.moveaxis(basis(cells.origin[:, None, keep] + cells.width[keep] * _GAUSS), -1, 1)
-        weights = (a[:, :, None] * kernel).sum(axis=1)
-        weights = (weights[:, None] * b).sum(axis=2).reshape(9, -1).T
+        weights = np.einsum("ign,jhn,ghn->ijn", a, b, kernel, optimize=["einsum_path", (0, 2), (0, 1)])
+        weights = weights.reshape(9, -1).T
         done = k[keep], self.field.nodes[cells.owner[keep]], weights, near[keep]
         return done, cells.take(np.flatnonzero(unsure))
 
@@ -312,27 +314,6 @@ class Gather:
         one = (3, *(1,) * (a.ndim - 1), -1)
         o, u, v = (frame[:, source].reshape(one) for frame in self.frame)
         return o + a * u + b * v
-
-    def _clear(self, pairs, k, ends, place):
-        """Which samples of cells of pairs k (n,) nothing hides (3, 3, n), and whether anything comes near (n,).
-
-        ends: low, high (2, n) of the cells, and place (2, 3, n) of their samples, along the planes' edges.
-        """
-        near, hidden = np.zeros(len(k), bool), np.zeros((9, len(k)))
-        some = np.flatnonzero((pairs.occluders[k] >= 0).any(axis=1)) if pairs.occluders.size else k[:0]
-        if len(some):
-            source = pairs.source[k[some]]
-            low, high = ends[0][:, some], ends[1][:, some]
-            x, centre = pairs.points[k[some]], self._world(source, *((low + high) / 2)).T
-            radius = np.sqrt(self._reach2(source, (high - low) / 2))
-            link, shape = self.factors.shafts.between(x, centre, radius, pairs.occluders[k[some]])
-            near[some[link]] = True
-            start, (o, u, v) = np.ascontiguousarray(x[link].T), (axis[:, source[link]] for axis in self.frame)
-            table, places = self.factors.shafts.table, place[:, :, some[link]]
-            hides = lattice_blocked(table, start, (o - start, u, v), *places, shape).reshape(9, -1)
-            at = some[link] + len(k) * np.arange(9)[:, None]
-            hidden = np.bincount(at.ravel(), hides.ravel(), minlength=hidden.size)
-        return hidden.reshape(3, 3, -1) == 0, near
 
     # -- spheres -------------------------------------------------------------------------------------------------
 

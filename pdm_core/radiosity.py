@@ -37,7 +37,7 @@ SAMPLES = 128  # points where the residual is measured each round
 SEED = 20  # of the samples: runs repeat
 LOOKS = 4  # sets of samples at most, where the error found hangs on one point
 FINER = 0.25  # tolerance of their links, of the round's
-SAFETY = 2.0  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
+SAFETY = 2.2  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 EVALUATE = 1 << 13  # points evaluated at once
 
@@ -108,6 +108,7 @@ class _State:
         self.indirect = np.zeros((len(self.field.keys), 3))
         self.rows = Rows()
         self.link_target, self.sharpness = None, 1.0
+        self.measured = False
         self.optimism = 1.0  # error measured by residuals, of the error the surpluses promise
         self.exact, self.remembered, self.looks = {}, {}, []
 
@@ -294,8 +295,11 @@ class _State:
             self.leaf_error[part.leaves] = part.leaf_error
             self.received.append(part.conform())
             yield
-        self.promised = np.sqrt((self.leaf_error[f.leaves] ** 2).sum()) / max(self.norm, 1e-300)
+        self.promised = self._promised()
         self.sent_error /= max(self.norm, 1e-300)
+
+    def _promised(self):
+        return float(np.linalg.norm(self.leaf_error[self.field.leaves])) / max(self.norm, 1e-300)
 
     # -- error ---------------------------------------------------------------------------------------------------
 
@@ -310,8 +314,9 @@ class _State:
         if not self.looks:
             self.error, self.error_parts = 0.0, {}
         else:
-            self.optimism = float(np.clip(residual.rms / self.norm / max(self.promised, 1e-300), 0.5, 2.0))
             self.learn(residual)
+            self.optimism = self.error_parts["discretisation"] / max(self._promised(), 1e-300)
+            self.measured = True
         self.history.append((self.elapsed(), self.error))
 
     def look(self, seed):
@@ -333,8 +338,11 @@ class _State:
             here = self.incident(look.surface, look.points)
             parts.append(self.scene.reflectance[look.surface] * (fine - here))
         residual = Residual(self.looks, np.concatenate(parts))
+        found = residual.rms / self.norm
+        if self.measured:
+            found = float(np.sqrt((found**2 + (self.optimism * self.promised) ** 2) / 2))
         self.error_parts = {
-            "discretisation": residual.rms / self.norm,
+            "discretisation": found,
             "gather": self.gain() * residual.mean / self.norm,
             "sent": self.sent_error * self.norm / self.scale,
             "solver": self.gain() * self.solver_error,
@@ -355,7 +363,10 @@ class _State:
     def refine(self, target):
         """Split the leaves that hold most of the estimated error; False where nothing is left to split."""
         f = self.field
-        cells = _worst(f, self.optimism * self.leaf_error, REFINE_TO * target * self.scale)
+        error, allowed = np.clip(self.optimism, 0.5, 2.0) * self.leaf_error, REFINE_TO * target * self.scale
+        if self.checked:  # what was found has to fall by so much, however little was promised
+            allowed = min(allowed, target / self.error * np.linalg.norm(error[f.leaves]))
+        cells = _worst(f, error, allowed)
         if not len(cells):
             return False
         room = self.room()

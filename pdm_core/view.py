@@ -466,29 +466,14 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
 
 def segment_blocked(table, x, d, shape):
     """Whether the open segment x + t d, 0 < t < 1, meets the shape; x, d (3, ..., m), shape (m,) -> (..., m)"""
-    return _blocked(table, x, lambda inverse, index: _spread(inverse, d[..., index]), d.shape[1:], shape)
-
-
-def lattice_blocked(table, x, frame, a, b, shape):
-    """As segment_blocked, for d = o + a u + b v; x, frame = (o, u, v) (3, m), a (j, m), b (k, m) -> (j, k, m)"""
-
-    def local(inverse, index):
-        o, u, v = (_spread(inverse, k[:, index])[:, None, None] for k in frame)
-        return o + a[:, None, index] * u + b[:, index] * v
-
-    return _blocked(table, x[:, None, None], local, (len(a), *b.shape), shape)
-
-
-def _blocked(table, x, local, size, shape):
-    """local(inverse, index): the segments of pairs index, in the space where inverse makes their shape the unit one."""
-    blocked = np.zeros(size, bool)
+    blocked = np.zeros(d.shape[1:], bool)
     is_ball = table.is_ball[shape]
     for kind, meets in ((True, _meets_ball), (False, _meets_square)):
         index = np.nonzero(is_ball == kind)[0]
         if len(index):
             inverse = table.inverse[:, :, shape[index]]
             origin = table.origin[:, shape[index]].reshape(3, *(1,) * (x.ndim - 2), -1)
-            blocked[..., index] = meets(_spread(inverse, x[..., index] - origin), local(inverse, index))
+            blocked[..., index] = meets(_spread(inverse, x[..., index] - origin), _spread(inverse, d[..., index]))
     return blocked
 
 

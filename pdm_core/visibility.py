@@ -5,7 +5,8 @@ Bounding volumes and separating planes decide before any work per point; the res
 
 import numpy as np
 
-from .closed_forms import divide, dot, polygon_unoccluded
+from .closed_forms import dot, polygon_unoccluded
+from .regions import transform
 from .scene import Sphere
 from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, visible_factors
 
@@ -178,25 +179,6 @@ class Shafts:
             lists.append(padded(len(x[0]), pair[keep], shape[keep]))
         return _stacked(lists)
 
-    def between(self, points, centre, radius, occluders):
-        """Shapes that can come between points (n, 3) and spheres (n, 3), (n,): pairs (n index, shape), sorted.
-
-        occluders (n, k): candidates padded with -1. A shape is left out if its bounding sphere misses the cone.
-        """
-        link, slot = np.nonzero(occluders >= 0)
-        shape = occluders[link, slot]
-        # there are many more entries than links: what belongs to a link is found before
-        axis = np.ascontiguousarray((centre - points).T)
-        length = np.sqrt(dot(axis, axis))
-        axis, sine = divide(axis, length), np.minimum(radius / np.maximum(length, 1e-300), 1.0)
-        cosine, end = np.sqrt(1 - sine**2), length + radius
-        offset = self.table.origin[:, shape] - np.ascontiguousarray(points.T)[:, link]
-        along, reach = dot(axis[:, link], offset), self.radius[shape]
-        across = np.sqrt(np.maximum(dot(offset, offset) - along**2, 0.0))
-        keep = across * cosine[link] - along * sine[link] <= reach * (1 + 1e-9)
-        keep &= (along > -reach) & (along < end[link] + reach)
-        return link[keep], shape[keep]
-
     def clear(self, points, steps, occluders):
         """Whether segments points (n, 3) + steps (n, a, b, 3) meet none of occluders (n, k) -> (n, a, b) bool"""
         x = np.broadcast_to(points.T[:, None, None], (3, *steps.shape[1:3], len(points)))
@@ -207,6 +189,122 @@ class Shafts:
             if len(valid):
                 blocked[..., valid] |= segment_blocked(self.table, x[..., valid], d[..., valid], shape[valid])
         return np.moveaxis(~blocked, 2, 0)
+
+
+class Shadows:
+    """What occluders hide of planes from points, as regions of the planes in coordinates (a, b) along their edges.
+
+    The ray to o + a u + b v meets a ball where a quadratic in (a, b) is positive, a parallelogram where five linear
+    functions are. Both are known once for each (point, plane) pair, whatever cells the plane is cut into.
+    """
+
+    def __init__(self, table, points, frame, occluders):
+        """points (n, 3) m; frame (o, u, v), each (3, n) m, of the planes; occluders (n, k) padded with -1."""
+        pair, slot = np.nonzero(occluders >= 0)
+        shape = occluders[pair, slot]
+        self.kinds = []
+        for is_ball, kind in ((True, _BallShadows), (False, _FlatShadows)):
+            some = np.flatnonzero(table.is_ball[shape] == is_ball)
+            if len(some):
+                number = np.bincount(pair[some], minlength=len(points))
+                inverse, at = table.inverse[:, :, shape[some]], pair[some]
+                x = np.ascontiguousarray(points.T)[:, at]
+                local = [transform(inverse, x - table.origin[:, shape[some]]), transform(inverse, frame[0][:, at] - x)]
+                local += [transform(inverse, edge[:, at]) for edge in frame[1:]]
+                self.kinds.append((number, np.cumsum(number) - number, kind(*local)))
+
+    def over(self, pair, low, high, place):
+        """Of rectangles low..high (2, n) of pairs (n,): which of their samples at place (2, j, n) are hidden
+        (j, j, n), and whether a shadow may come near at all (n,)."""
+        middle, half = (low + high) / 2, (high - low) / 2
+        j, n = place.shape[1:]
+        near, hidden = np.zeros(n, bool), np.zeros(j * j * n, bool)
+        for number, first, shadows in self.kinds:
+            count = number[pair]
+            cell = np.repeat(np.arange(n), count)
+            entry = np.arange(len(cell)) + np.repeat(first[pair] - np.cumsum(count) + count, count)
+            keep = np.flatnonzero(shadows.near(entry, middle[:, cell], half[:, cell]))
+            cell, entry = cell[keep], entry[keep]
+            near[cell] = True
+            shadow = shadows.hides(entry, place[0][:, cell], place[1][:, cell]).reshape(j * j, -1)
+            sample, which = np.nonzero(shadow)
+            hidden[sample * n + cell[which]] = True
+        return hidden.reshape(j, j, n), near
+
+
+def _on_lattice(q, a, b):
+    """q0 + qa a + qb b + qaa a^2 + qab a b + qbb b^2, q (6, m) or the first three (3, m), at a, b (j, m) -> (j, j, m)"""
+    if len(q) == 3:
+        return (q[0] + q[1] * a)[:, None] + q[2] * b
+    rows, slope = q[0] + a * (q[1] + a * q[3]), q[2] + a * q[4]
+    return rows[:, None] + b * (slope[:, None] + b * q[5])
+
+
+def _highest(q, middle, half):
+    """An upper bound (m,) of such functions over rectangles with these middles and halves (2, m)."""
+    (a, b), (da, db) = middle, half
+    if len(q) == 3:
+        return q[0] + q[1] * a + q[2] * b + np.abs(q[1]) * da + np.abs(q[2]) * db
+    value = q[0] + a * (q[1] + a * q[3]) + b * (q[2] + a * q[4] + b * q[5])
+    slope = np.abs(q[1] + 2 * q[3] * a + q[4] * b) * da + np.abs(q[2] + 2 * q[5] * b + q[4] * a) * db
+    return value + slope + np.abs(q[3]) * da**2 + np.abs(q[4]) * da * db + np.abs(q[5]) * db**2
+
+
+class _BallShadows:
+    """p (3, m) the point, d = o + a u + b v the step from it, where the ball is the unit ball."""
+
+    def __init__(self, p, o, u, v):
+        self.ahead = np.stack([dot(p, o), dot(p, u), dot(p, v)])  # p . d, negative towards the ball
+        oo, ou, ov, uu, uv, vv = (dot(*k) for k in ((o, o), (o, u), (o, v), (u, u), (u, v), (v, v)))
+        length2 = np.stack([oo, 2 * ou, 2 * ov, uu, 2 * uv, vv])
+        power = dot(p, p) - 1
+        (c, ca, cb), zero = self.ahead, np.zeros(len(power))
+        self.meets = np.stack([c * c, 2 * c * ca, 2 * c * cb, ca * ca, 2 * ca * cb, cb * cb]) - power * length2
+        inside = power < -TOUCHING
+        self.meets[:, inside] = self.ahead[:, inside] = 0.0
+        self.meets[0, inside], self.ahead[0, inside] = 1.0, -1.0
+        # of a ball that reaches through the plane: its nearest point of the ray, or the end of it, is before the plane
+        self.before = length2 + np.stack([c, ca, cb, zero, zero, zero])
+        self.end = power + length2 + 2 * np.stack([c, ca, cb, zero, zero, zero])
+        normal = np.cross(u, v, axis=0)
+        self.through = np.abs(dot(normal, p + o)) < (1 - TOUCHING) * np.sqrt(dot(normal, normal))
+
+    def near(self, entry, middle, half):
+        ahead = _highest(-self.ahead.take(entry, axis=1), middle, half) > 0
+        return ahead & (_highest(self.meets.take(entry, axis=1), middle, half) > 0)
+
+    def hides(self, entry, a, b):
+        hidden = (_on_lattice(self.meets.take(entry, axis=1), a, b) > 0) & (
+            _on_lattice(self.ahead.take(entry, axis=1), a, b) < 0
+        )
+        some = np.flatnonzero(self.through[entry])
+        if len(some):
+            e, a, b = entry[some], a[:, some], b[:, some]
+            reached = (_on_lattice(self.before[:, e], a, b) > 0) | (_on_lattice(self.end[:, e], a, b) < 0)
+            hidden[..., some] &= reached
+        return hidden
+
+
+class _FlatShadows:
+    """As for balls, where the parallelogram is the unit square about the origin."""
+
+    def __init__(self, p, o, u, v):
+        d = np.stack([o, u, v], axis=1)  # (3, 3 of 1, a and b, m)
+        sign = np.where(p[2] < 0, -1.0, 1.0)
+        height = np.abs(p[2])  # of the point over the parallelogram's plane, on its side
+        fall = -sign * d[2]  # of the ray
+        beyond = (1 - TOUCHING) * fall
+        beyond[0] -= height
+        beyond[:, height < TOUCHING] = 0.0  # seen edge-on
+        # the ray crosses the plane at p + (height / fall) d
+        sides = [0.5 * fall + k * (p[i] * fall + height * d[i]) for i in (0, 1) for k in (1, -1)]
+        self.meets = np.stack([beyond, *sides])
+
+    def near(self, entry, middle, half):
+        return np.logical_and.reduce([_highest(q, middle, half) > 0 for q in self.meets.take(entry, axis=2)])
+
+    def hides(self, entry, a, b):
+        return np.logical_and.reduce([_on_lattice(q, a, b) > 0 for q in self.meets.take(entry, axis=2)])
 
 
 def _stacked(lists):
