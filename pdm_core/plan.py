@@ -7,7 +7,7 @@ import numpy as np
 from .field import first_nodes
 from .visibility import Shafts
 
-MAX_NODES = 12000  # all pairs of nodes in single precision: 580 MB
+MEMORY = 1.25e9  # bytes for the light between the nodes; all of a run stays below 2 GB
 PROPORTIONAL = 1e-12  # relative difference of channels that counts as none
 
 
@@ -41,7 +41,6 @@ def plan(scene, shafts=None):
         hidden = shafts.may_hide(np.full(len(seen), a), seen).any(axis=1)
         free += int((~hidden * np.where(seen > a, 2, 1)).sum())
     nodes = first_nodes(scene)
-    most = 4e-6 * MAX_NODES**2
     result = Plan(reached=reached)
     say = result.lines.append
     say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}")
@@ -63,7 +62,7 @@ def plan(scene, shafts=None):
     senders = np.flatnonzero(reached & (scene.reflectance > 0).any(axis=1))
     if free < pairs - apart and shafts.sum_tells(senders) and shafts.closed():
         say("one hidden factor of each point comes from the sum of all, which is 1: walls enclose the scene")
-    say(f"nodes: {nodes} at first, at most {MAX_NODES}; memory for the light between them: {most:.0f} MB")
+    say(f"nodes: {nodes} at first; memory for the light between them: at most {MEMORY / 1e6:.0f} MB")
     result.counts = {
         "surfaces": len(scene), "lights": lights, "black": black, "dark": int((~reached).sum()),
         "channels": channels, "nodes": nodes, "pairs": pairs, "apart": apart, "free pairs": free,

@@ -14,7 +14,7 @@ from .error_estimates import Look, Residual, leaf_errors, sample_points
 from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
 from .numerics import Rows, gmres
-from .plan import MAX_NODES, plan, proportional_channels, reached_by_light
+from .plan import MEMORY, plan, proportional_channels, reached_by_light
 from .scene import Scene, SceneError
 from .visibility import Factors, Shafts
 
@@ -22,16 +22,18 @@ Progress = namedtuple("Progress", "fraction error seconds")
 
 COARSEST = 0.16  # relative error aimed at by the first round
 STEP = 4.0  # each further round aims at most this much lower
-LINK_SHARE = 0.2  # tolerance of one link, of the round's target
-SHARPER = 0.25  # part of it to go on with where links turn out to be what most of the error comes from
+LINK_SHARE, MANY = 0.2, 0.0025  # tolerance of one link, of the round's target; below that one links are many: less
+NOISY = 1.2  # error found, of the error the surpluses promise, that only links can make
+SHARPER = 0.5  # part of it to go on with where links turn out to be what most of the error comes from
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
 CELL_NODES = 20  # that splitting a cell adds, with the neighbours that have to follow
-LIGHT_NODES = 0.6  # of the nodes to come: what direct light may take, lest none be left for the rest
+LIGHT_NODES = 0.6  # of the memory: what direct light may take, lest none be left for the rest
 CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 REFINE_TO = 0.42  # a refinement leaves this part of the target in the leaves not split
-MAX_ROUNDS = 8  # refinements towards one target
+SURE = 0.7  # lower than what was found asks for: the halves of what is split have errors of their own
+MAX_ROUNDS = 12  # refinements towards one target
 MAX_KRYLOV = 60
 SAMPLES = 128  # points where the residual is measured each round
 SEED = 20  # of the samples: runs repeat
@@ -39,6 +41,8 @@ LOOKS = 4  # sets of samples at most, where the error found hangs on one point
 FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 2.2  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
+DENSER = 1.2  # what the next rows may take, of what the last ones took
+FULL = "the field is as fine as the memory allows"
 EVALUATE = 1 << 13  # points evaluated at once
 
 
@@ -78,7 +82,13 @@ class Solution:
 
     def relight(self, scene):
         """The same shapes and sides with other reflectance, emission or background -> Solution, without visibility."""
+        if self._state.rows is None:
+            raise SceneError("relight: this solution was delivered early, without what relighting needs; solve again")
         return _relit(self._state, scene)
+
+    def let_go(self):
+        """Make room for the rows of a better solution: this one cannot be relit any more."""
+        self._state.rows = None
 
 
 class _State:
@@ -89,10 +99,10 @@ class _State:
         self.counts, self.warnings = Counter(), []
         self.factors = Factors(scene, Shafts(scene), self.counts)
         self.plan = plan(scene, self.factors.shafts)
-        if self.plan.counts["nodes"] > MAX_NODES:
+        nodes, most = self.plan.counts["nodes"], int(np.sqrt(MEMORY / 4))
+        if nodes > most:
             raise SceneError(
-                f"{len(scene)} surfaces start with {self.plan.counts['nodes']} nodes; the memory is for {MAX_NODES}: "
-                "bake fewer objects at once"
+                f"{len(scene)} surfaces start with {nodes} nodes; the memory is for {most}: bake fewer objects at once"
             )
         self.reached = self.plan.reached
         self.area = scene.areas[self.reached].sum() or scene.areas.sum()  # m^2, of what light may come to
@@ -106,7 +116,7 @@ class _State:
         self.error, self.error_parts, self.history = float("inf"), {}, []
         self.fractions = np.zeros((0, len(self.lights) + 1))
         self.indirect = np.zeros((len(self.field.keys), 3))
-        self.rows = Rows()
+        self.rows, self.density, self.full = Rows(), 1.0, False  # the part of all nodes that blocks of rows use
         self.link_target, self.sharpness = None, 1.0
         self.measured = False
         self.optimism = 1.0  # error measured by residuals, of the error the surpluses promise
@@ -242,13 +252,18 @@ class _State:
         f = self.field
         new = np.arange(len(self.rows), len(f.keys))
         new = new[self.reached[f.node_surface[new]] & bool(len(self.reflectors) and self.norm > 0)]
-        blocks = []
-        own = f.node_surface[new]
+        blocks, own, size, most = [], f.node_surface[new], 0, MEMORY - self.rows.bytes
         for block in self.links(f.points[new], f.normals[new], own, self.link_tolerance):
             if block:
                 block.rows = new[block.rows]
                 blocks.append(block)
+                size += block.values.nbytes
+            if size > most:
+                self.full = True
+                return
             yield
+        if blocks:
+            self.density = size / (4 * len(new) * len(self.sent.keys))
         self.rows = self.rows.grown(blocks, len(f.keys))
 
     # -- solving -------------------------------------------------------------------------------------------------
@@ -365,22 +380,24 @@ class _State:
         f = self.field
         error, allowed = np.clip(self.optimism, 0.5, 2.0) * self.leaf_error, REFINE_TO * target * self.scale
         if self.checked:  # what was found has to fall by so much, however little was promised
-            allowed = min(allowed, target / self.error * np.linalg.norm(error[f.leaves]))
+            allowed = min(allowed, SURE * target / self.error * np.linalg.norm(error[f.leaves]))
         cells = _worst(f, error, allowed)
         if not len(cells):
             return False
         room = self.room()
         if room < len(cells):
-            self.warnings.append("the field is as fine as the memory allows")
+            self.warnings.append(FULL)
             cells = cells[max(len(cells) - room, 0) :]  # the worst come last
         if room > 0:
             self.split(cells)
         return room > 0
 
     def sharpen(self):
-        """All rows anew with finer links where they, all off to one side, are most of the error; False where not."""
+        """All rows anew with finer links where they are most of the error: all off to one side, or no less where the
+        surpluses have become small; False where not."""
         parts = self.error_parts
-        if not self.checked or parts.get("gather", 0.0) < max(parts.get("discretisation", 0.0), parts.get("sent", 0.0)):
+        one_sided = parts.get("gather", 0.0) >= max(parts.get("discretisation", 0.0), parts.get("sent", 0.0))
+        if not self.checked or not (one_sided or self.optimism > NOISY):
             return False
         self.sharpness *= SHARPER
         self.link_up(self.link_target)
@@ -389,12 +406,15 @@ class _State:
     def link_up(self, target):
         """Drop all rows; those to come have links fit for `target`."""
         self.rows, self.link_target = Rows(), target
-        self.link_tolerance = LINK_SHARE * self.sharpness * target * self.level
+        self.link_tolerance = LINK_SHARE * min(1.0, np.sqrt(target / MANY)) * self.sharpness * target * self.level
 
     def room(self, share=1.0):
-        """How many cells may still be split, within this share of what memory the first nodes leave."""
-        first = self.plan.counts["nodes"]
-        return int(max(first + share * (MAX_NODES - first) - len(self.sent.keys), 0)) // CELL_NODES
+        """How many cells may still be split within this share of the memory."""
+        rows, columns = len(self.field.keys), len(self.sent.keys)
+        entries = share * MEMORY / 4 / min(1.0, DENSER * self.density)
+        # (rows + more) (columns + more) = entries
+        more = (np.sqrt((columns - rows) ** 2 + 4 * entries) - rows - columns) / 2
+        return int(max(more, 0.0)) // CELL_NODES
 
     def split(self, cells):
         """Split these leaves of the field, and those of `sent` that would be coarser."""
@@ -438,10 +458,15 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
         if final != state.link_target:
             state.link_up(final)
         for turn in range(MAX_ROUNDS):
+            if best and not state.rows.blocks:
+                best.let_go()
             for _ in _round(state, target, turn == MAX_ROUNDS - 1):
                 yield Progress(_fraction(state, target_error), state.error, state.elapsed())
                 if best and _late(state, time_limit):
                     return _finish(best, state, target_error)
+            if state.full:
+                state.warnings.append(FULL)
+                return _finish(best, state, target_error)
             if state.checked:
                 best = _better(best, state)
             if (state.checked and state.error <= target) or (best and _late(state, time_limit)):
@@ -516,10 +541,12 @@ def _finish(solution, state, target_error):
 def _round(state, target, last):
     """Rows at new nodes, the solve, and where the surpluses promise enough, the check; yields now and then."""
     yield from state.extend()
+    if state.full:
+        return
     yield from state.solve(SOLVER_SHARE * target)
     yield from state.divide(target)
     promised = SAFETY * state.optimism * state.promised * state.norm / max(state.scale, 1e-300)
-    state.checked = last or promised <= target or len(state.rows) > MAX_NODES / 2
+    state.checked = last or promised <= target or state.rows.bytes > MEMORY / 2
     if state.checked:
         yield from state.check(target)
 

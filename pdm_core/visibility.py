@@ -233,7 +233,7 @@ class Shadows:
 
 
 def _on_lattice(q, a, b):
-    """q0 + qa a + qb b + qaa a^2 + qab a b + qbb b^2, q (6, m) or the first three (3, m), at a, b (j, m) -> (j, j, m)"""
+    """q0 + qa a + qb b + qaa a^2 + qab a b + qbb b^2, q (6, m), or only its first three terms, at a, b (j, m)."""
     if len(q) == 3:
         return (q[0] + q[1] * a)[:, None] + q[2] * b
     rows, slope = q[0] + a * (q[1] + a * q[3]), q[2] + a * q[4]
