@@ -11,6 +11,7 @@ in question to its inner or outer side by COINCIDENT.
 Arrays are component first, (3, pieces, pairs); everything is relative to the point.
 """
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ from .numerics import gauss_legendre
 COINCIDENT = 1e-12  # sine of the angle below which two arcs count as one; the error made is of this size
 GRAZING = 1e-12  # relative depth of a sliver that is none
 ROUNDING = 1e-15
+SHORTEST = 1e-15  # angle of a piece of an outline
 ASIDE = 0.4323  # where a piece of an outline is tested
 INNER, OUTER, BOTH = range(3)
 TURN = 2 * np.pi
@@ -48,14 +50,26 @@ class Ball:
 
     def __post_init__(self):
         h = np.sqrt(dot(self.c, self.c))
-        self.distance = h
         axis = divide(self.c, h)
         cos = np.sqrt(np.maximum((h - 1) * (h + 1), 0.0)) / np.maximum(h, 1.0)
         sin = 1 / np.maximum(h, 1.0)
         u = across(axis)
         v = cross(axis, u)
-        self.cos, self.sin, self.axis, self.u, self.v = cos, sin, axis, u, v
-        self.conic = tuple(self.to_world(k) for k in (cos * axis, sin * u, sin * v))
+        conic = [self.to_world(k) for k in (cos * axis, sin * u, sin * v)]
+        self._unpack(np.concatenate([self.c, axis, u, v, *conic, [h, cos, sin]]))
+
+    def _unpack(self, packed):
+        self.packed = packed  # all in one array, to be taken from at once
+        self.c, self.axis, self.u, self.v = packed[0:3], packed[3:6], packed[6:9], packed[9:12]
+        self.conic = packed[12:15], packed[15:18], packed[18:21]
+        self.distance, self.cos, self.sin = packed[21:]
+
+    def take(self, index):
+        """The balls index (k,) of these, which have to be round."""
+        taken = copy.copy(self)
+        taken.scale = self.scale.take(index)
+        taken._unpack(self.packed.take(index, axis=1))
+        return taken
 
     def points_to_local(self, p):
         """Offsets (3, ...) m from the point to the ball's own space."""
@@ -94,6 +108,14 @@ class Region:
     planes: np.ndarray
     ball: Ball | None
     active: np.ndarray
+
+    def take(self, index, active=None):
+        """The regions index (k,) of these; active (k,): which of them are, if not those that were."""
+        edges = (self.p, self.q, self.edge_planes, self.planes)
+        p, q, edge_planes, planes = (a.take(index, axis=-1) for a in edges)
+        ball = self.ball and self.ball.take(index)
+        own = self.active.take(index)
+        return Region(p, q, edge_planes, planes, ball, own if active is None else own & active)
 
 
 def polygon_region(corners, height, active, closing=None):
@@ -321,8 +343,46 @@ def _arc_integral(n, ball, f0, f1):
     return total
 
 
+def _arc_above(ball, planes):
+    """Of round balls: the angle (p, m) in [0, a turn) at which the outline comes above planes (3, p, m), and how far
+    from there it stays so."""
+    a0, a1, a2 = (dot(planes, k[:, None]) for k in ball.conic)
+    rho2 = a1 * a1 + a2 * a2
+    reach = rho2 - a0 * a0
+    half = np.arctan2(np.sqrt(np.maximum(reach, 0.0)), -a0)
+    half = np.where(reach > GRAZING * rho2, half, np.where(a0 >= 0, TURN / 2, 0.0))  # as in _conic_crossings
+    return np.mod(np.arctan2(a2, a1) - half, TURN), 2 * half
+
+
+def _round_pieces(n, ball, inside, outside):
+    """As _conic_pieces where all balls are round: what hides the outline are intervals of its angle, in their union."""
+    rise, width = _arc_above(ball, inside.planes)
+    arcs = [(np.mod(rise + width, TURN), TURN - width)]
+    if inside.ball is not None:
+        start, end = _arc_within(ball, inside.ball)
+        arcs.append((np.mod(end, TURN)[None], (start - end + TURN)[None]))
+    for region in outside:
+        start, end = _arc_within(ball, region.ball)
+        arcs.append((start[None], ((end - start) * region.active)[None]))
+    start, width = (np.concatenate(part) for part in zip(*arcs))
+    order = np.argsort(start, axis=0)
+    start, end = (np.take_along_axis(a, order, 0) for a in (start, start + width))
+    over = np.maximum(end.max(axis=0) - TURN, 0.0)[None]  # what reaches past a whole turn hides the beginning
+    f0 = np.concatenate([over, np.maximum(np.maximum.accumulate(end, axis=0), over)])
+    f1 = np.concatenate([start, np.full(over.shape, TURN)])
+    piece, at = np.nonzero(f1 - f0 > SHORTEST)
+    f0, f1 = f0[piece, at], f1[piece, at]
+    nu, nv, na = (dot(n, k).take(at) for k in (ball.u, ball.v, ball.axis))
+    sin = ball.sin.take(at)
+    wave = (np.cos(f1) - np.cos(f0)) * nv - (np.sin(f1) - np.sin(f0)) * nu
+    value = sin * (ball.cos.take(at) * wave + sin * (f1 - f0) * na)
+    return np.bincount(at, value, minlength=n.shape[1])
+
+
 def _conic_pieces(n, ball, inside, outside):
     """Contour integral (m,) over the parts of ball's outline inside one region and outside others."""
+    if all(b is not None and b.linear is None for b in (ball, inside.ball or ball, *(o.ball for o in outside))):
+        return _round_pieces(n, ball, inside, outside)
     hiding = [o for o in outside if _both_round(ball, o.ball)]  # of these the arc that they hide is known
     others = [o for o in outside if not _both_round(ball, o.ball)]
     arcs = [_arc_within(ball, o.ball) for o in hiding]
@@ -337,7 +397,7 @@ def _conic_pieces(n, ball, inside, outside):
     middle = f0 + ASIDE * (f1 - f0)
     k0, k1, k2 = (k[:, None] for k in ball.conic)
     r = k0 + k1 * np.cos(middle) + k2 * np.sin(middle)
-    keep = (f1 - f0 > 1e-15) & _inside(inside, r)
+    keep = (f1 - f0 > SHORTEST) & _inside(inside, r)
     for region in others:
         keep &= ~_inside(region, r)
     for region, (start, end) in zip(hiding, arcs):

@@ -324,13 +324,11 @@ def padded(count, row, value):
     return out
 
 
-def _groups(table, m, row, occluder):
-    """Rows with their occluders (entries sorted by row) in groups of like numbers: (rows, slots (rows, k) padded)."""
-    balls = table.is_ball[occluder]
-    number = np.stack([np.bincount(row[kind], minlength=m) for kind in (~balls, balls)])
-    slots = []
-    for kind in (~balls, balls):
-        slots.append(padded(m, row[kind], occluder[kind]))
+def _groups(m, row, is_ball, value):
+    """Rows with the values of their entries (sorted by row), of planes first, in groups of like numbers:
+    (rows, slots (rows, k) padded with -1)."""
+    number = np.stack([np.bincount(row[kind], minlength=m) for kind in (~is_ball, is_ball)])
+    slots = [padded(m, row[kind], value[kind]) for kind in (~is_ball, is_ball)]
     order = np.lexsort(number)  # by balls, then by planes
     order = order[number[:, order].any(axis=0)]
     start = 0
@@ -345,17 +343,48 @@ def _groups(table, m, row, occluder):
         start += count
 
 
-def _regions(table, x, corners, slots):
-    """Regions of the occluders in slots (m, k), each column of one kind and padded with -1."""
-    regions = []
-    for index in slots.T[(slots >= 0).any(axis=0)]:
-        if table.is_ball[index.max()]:
-            regions.append(ball_region(table.ball(x, _real(index)), index >= 0))
-            continue
-        polygon = table.polygon(x, _real(index))
-        height = np.ones(polygon.shape[1:]) if corners is None else _height_over(corners, polygon)
-        regions.append(polygon_region(polygon, height, index >= 0))
-    return regions
+class _Views:
+    """Regions of sources and of (pair, occluder) entries as each pair's point sees them, made once for many groups.
+
+    Pairs as for `_batch`; ellipsoids are made anew where they are asked for, lest round balls be taken for ellipsoids.
+    """
+
+    def __init__(self, table, pairs, pair, occluder):
+        self.table, self.pairs, self.pair, self.shape = table, pairs, pair, occluder
+        x, n, source, corners, sky = pairs
+        self.is_ball, self.is_round = table.is_ball[occluder], table.radius[occluder] > 0
+        self.place, self.made = np.zeros(len(pair), int), {}
+        for kind, some in ((True, np.nonzero(self.is_round)[0]), (False, np.nonzero(~self.is_ball)[0])):
+            self.place[some] = np.arange(len(some))
+            self.made[kind] = self._make(some, np.ones(len(some), bool)) if len(some) else None
+        self.behind = np.unique(pair)
+        some_round = corners is not None or sky or (table.radius[source[self.behind]] > 0).all()
+        self.sources = _source(table, *_pick(pairs, self.behind)) if some_round else None
+
+    def _make(self, entry, active):
+        x, corners = self.pairs[0].take(self.pair[entry], axis=1), self.pairs[3]
+        if self.is_ball[entry[0]]:
+            return ball_region(self.table.ball(x, self.shape[entry]), active)
+        polygon = self.table.polygon(x, self.shape[entry])
+        if corners is None:
+            return polygon_region(polygon, np.ones(polygon.shape[1:]), active)
+        return polygon_region(polygon, _height_over(corners[:, :, self.pair[entry]], polygon), active)
+
+    def source(self, pair):
+        if self.sources is None:
+            return _source(self.table, *_pick(self.pairs, pair))
+        return self.sources.take(np.searchsorted(self.behind, pair))
+
+    def occluders(self, slots):
+        """Regions of the entries in slots (m, k), each column of one kind and padded with -1."""
+        regions = []
+        for index in slots.T[(slots >= 0).any(axis=0)]:
+            entry = _real(index)
+            if self.is_ball[entry[0]] and not self.is_round[entry].all():
+                regions.append(self._make(entry, index >= 0))
+            else:
+                regions.append(self.made[bool(self.is_ball[entry[0]])].take(self.place[entry], index >= 0))
+        return regions
 
 
 def _real(index):
@@ -408,60 +437,64 @@ def visible_factors(table, points, normals, source, corners=None, occluders=None
     return out
 
 
+def _pick(pairs, index):
+    """Of pairs, (x, n, source, corners or None, sky), those of index (k,)."""
+    x, n, source, corners, sky = pairs
+    some = None if corners is None else corners.take(index, axis=2)
+    return x.take(index, axis=1), n.take(index, axis=1), source[index], some, sky
+
+
 def _batch(table, x, n, source, corners, occluders, sky, counts):
-    m = x.shape[1]
-
-    def pick(index):
-        return x[:, index], n[:, index], source[index], None if corners is None else corners[:, :, index], sky
-
+    m, pairs = x.shape[1], (x, n, source, corners, sky)
     pair, slot = np.nonzero(occluders >= 0) if occluders is not None and occluders.size else (np.zeros(0, int),) * 2
     if not len(pair):
         counts["free"] += m
-        return _unoccluded(table, x, n, source, corners, sky)
+        return _unoccluded(table, *pairs)
     occluder = occluders[pair, slot]
     sifted = _sift(table, x, n, source, corners, pair, occluder, sky)
     sampled, lit = sifted.crossing & ~sifted.dark, ~sifted.crossing & ~sifted.dark
     entry = sifted.active & lit[pair]
-    pair, occluder = pair[entry], occluder[entry]
-    out = np.zeros(m)
+    pair, occluder, near = pair[entry], occluder[entry], np.nonzero(sifted.near[entry])[0]
     hidden = int((np.bincount(pair, minlength=m) > 0).sum())
     counts["free"] += int(lit.sum()) - hidden
     counts["exact"] += hidden
-    # the source's own boundary outside all occluders
-    near = sifted.near[entry]
+    out = np.zeros(m)
     whole = np.nonzero(lit & (np.bincount(pair[near], minlength=m) == 0))[0]
-    out[whole] = _unoccluded(table, *pick(whole))
-    for group, slots in _groups(table, m, pair[near], occluder[near]):
-        xs, ns, *rest = pick(group)
-        out[group] += source_integral(ns, _source(table, xs, ns, *rest), _regions(table, xs, rest[1], slots))
-    # each occluder's boundary inside the source and outside the other occluders that it meets in the view
-    e, other = _overlapping(table, x, pair, occluder)
-    alone = np.nonzero(np.bincount(e, minlength=len(pair)) == 0)[0]
-    lists = [*_groups(table, len(pair), e, occluder[other])]
-    lists += [(part, np.zeros((len(part), 0), int)) for part in _parts(alone, GROUP)]
-    for group, slots in lists:
-        for kind in (False, True):
-            of_kind = table.is_ball[occluder[group]] == kind
-            index, others = group[of_kind], slots[of_kind]
-            if not len(index):
-                continue
-            xs, ns, *rest = pick(pair[index])
-            own = _regions(table, xs, rest[1], occluder[index][:, None])[0]
-            used = others.T[(others >= 0).any(axis=0)]
-            value = occluder_integral(
-                ns,
-                own,
-                _source(table, xs, ns, *rest),
-                _regions(table, xs, rest[1], others),
-                [column < occluder[index] for column in used],
-            )
-            np.subtract.at(out, pair[index], value)
+    out[whole] = _unoccluded(table, *_pick(pairs, whole))
+    if len(pair):
+        _integrate(_Views(table, pairs, pair, occluder), near, out)
     out = np.maximum(out, 0.0)
     index = np.nonzero(sampled)[0]
     counts["sampled"] += len(index)
     for group in _parts(index, 64):
-        out[group] = _sampled(table, *pick(group), occluders[group])
+        out[group] = _sampled(table, *_pick(pairs, group), occluders[group])
     return out
+
+
+def _integrate(views, near, out):
+    """Add to out (m,) what each pair's point receives past its entries; near: those that source's edges may meet."""
+    x, n = views.pairs[:2]
+    pair, is_ball = views.pair, views.is_ball
+    # the source's own boundary outside all occluders
+    for group, slots in _groups(len(out), pair[near], is_ball[near], near):
+        out[group] += source_integral(n.take(group, axis=1), views.source(group), views.occluders(slots))
+    # each occluder's boundary inside the source and outside the other occluders that it meets in the view
+    e, other = _overlapping(views.table, x, pair, views.shape)
+    alone = np.nonzero(np.bincount(e, minlength=len(pair)) == 0)[0]
+    lists = [*_groups(len(pair), e, is_ball[other], other)]
+    lists += [(part, np.zeros((len(part), 0), int)) for part in _parts(alone, GROUP)]
+    for group, slots in lists:
+        for kind in (False, True):
+            of_kind = is_ball[group] == kind
+            index, others = group[of_kind], slots[of_kind]
+            if not len(index):
+                continue
+            own = views.occluders(index[:, None])[0]
+            used = others.T[(others >= 0).any(axis=0)]
+            first = [(column >= 0) & (views.shape[column] < views.shape[index]) for column in used]
+            source, at = views.source(pair[index]), n.take(pair[index], axis=1)
+            value = occluder_integral(at, own, source, views.occluders(others), first)
+            np.subtract.at(out, pair[index], value)
 
 
 def segment_blocked(table, x, d, shape):
