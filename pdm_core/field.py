@@ -325,19 +325,32 @@ class Field:
 
     def chart(self, surface, local):
         """Local coordinates (n, 3) on surfaces (n,) -> root cells (n,) and chart coordinates (n, 2) in [0, 1]."""
-        axis = np.abs(local).argmax(axis=1)
-        rows = np.arange(len(local))
-        top = local[rows, axis]
-        across = np.stack([local[rows, (axis + 1) % 3], local[rows, (axis + 2) % 3]], axis=1)
-        size = np.where(top == 0, 1.0, np.abs(top))
-        angle = np.arctan(across / size[:, None]) * (2 / np.pi) + 0.5
-        sphere, at = self.is_sphere[surface], local[:, :2]
+        sphere = self.is_sphere[surface]
+        if sphere.all():
+            return self._face_at(surface, local)
+        which, at = self._rectangle_at(surface, local[:, :2])
+        some = np.flatnonzero(sphere)
+        which[some], at[some] = self._face_at(surface[some], local[some])
+        return which, at
+
+    def _face_at(self, surface, local):
+        """As chart, on spheres."""
+        x, y, z = np.ascontiguousarray(local.T)
+        ax, ay, az = np.abs(x), np.abs(y), np.abs(z)
+        axis = np.where((ax >= ay) & (ax >= az), 0, np.where(ay >= az, 1, 2))
+        first = 3 * np.arange(len(local))
+        top, a, b = (local.ravel().take(first + k) for k in (axis, (axis + 1) % 3, (axis + 2) % 3))
+        size = np.maximum(np.abs(top), 1e-300)
+        at = np.arctan(np.stack([a / size, b / size], axis=1)) * (2 / np.pi) + 0.5
+        return self.root[surface] + axis + 3 * (top > 0), np.clip(at, 0.0, 1.0)
+
+    def _rectangle_at(self, surface, at):
+        """As chart, on planes, at (n, 2) along their edges."""
         chart = (at[:, :, None] >= self.cuts[surface, :, 1:-1]).sum(axis=2)
         chart = np.minimum(chart, self.across[surface] - 1)
         low, high = (self.cuts[surface[:, None], (0, 1), chart + k] for k in (0, 1))
-        which = np.where(sphere, axis + 3 * (top > 0), chart[:, 0] * self.across[surface, 1] + chart[:, 1])
-        flat = ungraded((at - low) / (high - low))
-        return self.root[surface] + which, np.clip(np.where(sphere[:, None], angle, flat), 0.0, 1.0)
+        which = self.root[surface] + chart[:, 0] * self.across[surface, 1] + chart[:, 1]
+        return which, np.clip(ungraded((at - low) / (high - low)), 0.0, 1.0)
 
     def locate(self, surface, local):
         """Local coordinates (n, 3) on surfaces (n,) -> leaves (n,) and the weights (n, 9) of their nodes."""

@@ -35,11 +35,11 @@ REFINE_TO = 0.42  # a refinement leaves this part of the target in the leaves no
 SURE = 0.7  # lower than what was found asks for: the halves of what is split have errors of their own
 MAX_ROUNDS = 12  # refinements towards one target
 MAX_KRYLOV = 60
-SAMPLES = 128  # points where the residual is measured each round
+SAMPLES = 128  # points where the residual is measured each round; half of them on the way to the target
 SEED = 20  # of the samples: runs repeat
 LOOKS = 4  # sets of samples at most, where the error found hangs on one point
 FINER = 0.25  # tolerance of their links, of the round's
-SAFETY = 2.2  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
+SAFETY = 2.4  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 DENSER = 1.2  # what the next rows may take, of what the last ones took
 FULL = "the field is as fine as the memory allows"
@@ -336,7 +336,7 @@ class _State:
 
     def look(self, seed):
         """Geometry of random points whose residual tells the error: finer rows, and factors of the lights; yields."""
-        surface, points, normals, weight = sample_points(self.field, self.leaf_error, self.reached, SAMPLES, seed)
+        surface, points, normals, weight = sample_points(self.field, self.leaf_error, self.reached, self.samples, seed)
         blocks = []
         for block in self.links(points, normals, surface, self.link_tolerance * FINER):
             if block:
@@ -453,6 +453,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
     state, best = _State(scene), None
     state.grow(state.sent.leaves[:0])
     for target, final in _ladder(target_error):
+        state.samples = SAMPLES if target == target_error else SAMPLES // 2
         for _ in state.light_up(target, final):
             yield Progress(_fraction(state, target_error), state.error, state.elapsed())
         if final != state.link_target:

@@ -265,7 +265,7 @@ class _BallShadows:
         self.meets[0, inside], self.ahead[0, inside] = 1.0, -1.0
         # of a ball that reaches through the plane: its nearest point of the ray, or the end of it, is before the plane
         self.before = length2 + np.stack([c, ca, cb, zero, zero, zero])
-        self.end = power + length2 + 2 * np.stack([c, ca, cb, zero, zero, zero])
+        self.end = length2 + np.stack([2 * c + power, 2 * ca, 2 * cb, zero, zero, zero])
         normal = np.cross(u, v, axis=0)
         self.through = np.abs(dot(normal, p + o)) < (1 - TOUCHING) * np.sqrt(dot(normal, normal))
 

@@ -160,6 +160,36 @@ def test_memory_is_bounded_and_said(monkeypatch):
     assert sum("memory" in w for w in coarse.warnings) == 1 and any("above the target" in w for w in coarse.warnings)
 
 
+def test_a_solution_that_made_room_for_a_better_one_is_not_relit(monkeypatch):
+    scene = Scene(box(0.5, [0, 1, 0, 0, 0, 0]) + [Surface(Sphere.at((1, 1, 0.6), 0.5), 0.7)])
+    early = solve(scene, 1e-4, time_limit=1e-6)  # the first round is not the last one's links
+    assert early.warnings and early.relight(scene).error > 0
+    early.let_go()
+    with pytest.raises(SceneError, match="solve again"):
+        early.relight(scene)
+    assert np.isfinite(early.radiance(0, [[1.0, 1.0, 0.0]])).all()
+
+
+def test_links_are_made_finer_where_a_finer_field_no_longer_helps(monkeypatch):
+    """Links too coarse by far: their errors are those of the field at every node, which surpluses then only follow."""
+    scene = Scene(box(0.5, [0, 1, 0, 0, 0, 0]) + [Surface(Sphere.at((1, 1, 0.6), 0.5), 0.7)])
+    usual = solve(scene, 2e-3)
+    sharpened = []
+    link_up = radiosity._State.link_up
+
+    def watched(state, target):
+        sharpened.append(state.sharpness)
+        link_up(state, target)
+
+    monkeypatch.setattr(radiosity._State, "link_up", watched)
+    monkeypatch.setattr(radiosity, "LINK_SHARE", 5.0)
+    coarse = solve(scene, 2e-3)
+    assert min(sharpened) < 1 and coarse.error <= 2e-3
+    difference = [a - b for a, b in zip(everywhere(coarse), everywhere(usual))]
+    size = np.sqrt(sum(np.mean(r**2) for r in everywhere(usual)))
+    assert np.sqrt(sum(np.mean(d**2) for d in difference)) < (coarse.error + usual.error) * size
+
+
 def furnished(grey):
     """A closed room with a lamp, a ball, and a roof over it that no light reaches."""
     rho = np.array([0.6, 0.7, 0.5, 0.4, 0.3, 0.2])

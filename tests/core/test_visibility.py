@@ -13,7 +13,7 @@ from pdm_core.gather import Detail, Gather
 from pdm_core.numerics import Rows
 from pdm_core.plan import plan
 from pdm_core.view import segment_blocked
-from pdm_core.visibility import Factors, Shafts
+from pdm_core.visibility import Factors, Shadows, Shafts
 
 ROOM = [Surface(plane, 0.5, 1.0) for plane in cube_planes()]
 BALL = [Surface(BALLS[0], 0.5), Surface(BALLS[1], 0.5), Surface(BALLS[2])]  # the last is black
@@ -43,6 +43,35 @@ def test_candidates_beside_the_source_hide_none_of_it():
     dropped = dropped.ravel()
     assert not (hidden & dropped).any()
     assert hidden.sum() > 100 and dropped.sum() > 2 * hidden.sum()
+
+
+@pytest.mark.parametrize("sunk", [False, True])
+def test_shadows_are_where_segments_are_blocked(sunk):
+    """What is known of a shadow in the plane's coordinates, against the segment to every sample for itself."""
+    shapes = cube_planes() + BALLS[2:] + SCREENS + ELLIPSOIDS
+    if sunk:  # through the floor and through a wall: what lies behind them hides nothing
+        shapes += [Sphere.at((1.0, -1.2, -3.1), 0.7), Sphere.at((3.2, 1.0, 0.5), 0.9)]
+    shafts = Shafts(scene_of(shapes))
+    points, _ = free_points(shapes, 300)
+    rng, count = np.random.default_rng(4), len(points)
+    wall = rng.integers(0, 6, count)
+    frame = [np.array([getattr(shapes[k], name) for k in wall]).T for name in ("origin", "u", "v")]
+    occluders = np.tile(np.arange(6, len(shapes)), (count, 1))
+    occluders[rng.random(occluders.shape) < 0.3] = -1
+    pair = rng.integers(0, count, 4000)
+    low = rng.random((2, 4000)) * 0.8
+    high = low + rng.random((2, 4000)) * 0.2
+    place = low[:, None] + (high - low)[:, None] * rng.random((2, 3, 4000))
+    hidden, near = Shadows(shafts.table, points, frame, occluders).over(pair, low, high, place)
+    o, u, v = (axis[:, None, None, pair] for axis in frame)
+    step = o + u * place[0][:, None] + v * place[1] - points[pair].T[:, None, None]
+    start = np.broadcast_to(points[pair].T[:, None, None], step.shape)
+    expected = np.zeros_like(hidden)
+    for column in occluders[pair].T:
+        valid = np.flatnonzero(column >= 0)
+        expected[..., valid] |= segment_blocked(shafts.table, start[..., valid], step[..., valid], column[valid])
+    assert (hidden == expected).all() and 0.02 < hidden.mean() < 0.9
+    assert near[hidden.any(axis=(0, 1))].all() and near.mean() < 0.9
 
 
 @pytest.mark.parametrize(
