@@ -6,6 +6,8 @@ Cycles bakes DIFFUSE, DIRECT and INDIRECT without COLOR (irradiance / pi) into c
 bounces without end, no adaptive sampling, no clamping, light tree off, two threads. Its error is its noise alone, from
 two seeds (the tessellation's bias comes on top), fitted as noise^2 = a / samples and CPU seconds = b + c samples.
 Ours is the difference to a run at TIGHT. Both are relative L2 errors of rho times irradiance over the objects' areas.
+Two ratios of CPU seconds: where our stated error is the level, which is what a user asks for, and where our measured
+error is at most the level, as Cycles' is: the quickest of the runs at TARGETS that is so good.
 """
 
 import sys
@@ -21,6 +23,7 @@ from pdm_core import Plane, solve
 
 SAMPLES = (1, 4, 16, 64, 256)
 LEVELS = (0.05, 0.01, 0.003)
+TARGETS = (0.1, 0.05, 0.03, 0.02, 0.015, 0.01, 0.0075, 0.005, 0.003)  # of ours, LEVELS among them
 TIGHT = 0.0015
 MOST = 1 << 19  # vertices times samples of one bake
 
@@ -162,6 +165,14 @@ def ours(scene, made, exact, target):
     return {"target": target, "stated": float(solution.error), "measured": wrong, "cpu_seconds": cpu, "seconds": wall}
 
 
+def beside(level, mine, theirs):
+    """Our runs whose stated and whose measured error is the level, with the ratio of CPU seconds."""
+    stated = next(m for m in mine if m["target"] == level)
+    good = [m for m in mine if m["measured"] <= level]
+    found = {"stated": stated, "measured": min(good, key=lambda m: m["cpu_seconds"])} if good else {"stated": stated}
+    return {what: {**m, "ratio": theirs / m["cpu_seconds"]} for what, m in found.items()}
+
+
 def main(output="build/bench/cycles.json", *vertices):
     rows = []
     for name, scene, front in scenes():
@@ -170,19 +181,20 @@ def main(output="build/bench/cycles.json", *vertices):
             made = build(scene, front, count)
             settings()
             exact = [tight.incident(k, points) for k, _, points in made]
-            mine = [ours(scene, made, exact, level) for level in LEVELS]
+            mine = [ours(scene, made, exact, target) for target in TARGETS]
             theirs = list(cycles_rows(scene, made, exact))
             fit = fitted(theirs)
-            ratio = {str(m["target"]): fit[str(m["target"])] / m["cpu_seconds"] for m in mine}
             total = sum(len(points) for _, _, points in made)
-            row = {"scene": name, "vertices": total, "ours": mine, "cycles": theirs, "fit": fit, "ratio": ratio}
-            rows.append({**row, "tight_stated": float(tight.error)})
+            row = {"scene": name, "vertices": total, "ours": mine, "cycles": theirs, "fit": fit}
+            row["tight_stated"] = float(tight.error)
+            row["levels"] = {str(level): beside(level, mine, fit[str(level)]) for level in LEVELS}
+            rows.append(row)
             print(f"{name}, {total} vertices (Cycles' mean from ours {theirs[-1]['mean_from_ours']:.2%})")
-            for m in mine:
-                key = str(m["target"])
-                print(f"  {m['target']:5.1%}: ours {m['cpu_seconds']:6.2f} s CPU ({m['seconds']:.2f} s), stated "
-                      f"{m['stated']:.2%}, measured {m['measured']:.2%}; Cycles {fit[key]:.1f} s: {ratio[key]:.0f}x",
-                      flush=True)  # fmt: skip
+            for level, found in row["levels"].items():
+                print(f"  {float(level):5.1%}: Cycles {fit[level]:.1f} s CPU;", "; ".join(
+                    f"ours {what} {m['cpu_seconds']:.2f} s CPU (target {m['target']:.1%}, stated {m['stated']:.2%}, "
+                    f"measured {m['measured']:.2%}): {m['ratio']:.0f}x" for what, m in found.items()
+                ), flush=True)  # fmt: skip
     save(output, {"about": {**machine(), "blender": bpy.app.version_string}, "rows": rows})
 
 
