@@ -10,16 +10,7 @@ import numpy as np
 
 from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded
 from .numerics import gauss_legendre
-from .regions import (
-    Ball,
-    ball_region,
-    ball_source,
-    occluder_integral,
-    polygon_region,
-    sky_source,
-    source_integral,
-    transform,
-)
+from .regions import Balls, Occluders, ball_source, covers_directions, polygon_region, sky_source, visible_integral
 from .scene import Sphere
 
 # Depth, relative to the shapes' size, up to which shapes that cross count as touching and planes as flush: Blender's
@@ -55,17 +46,18 @@ class ShapeTable:
             self.inverse[:, :, k] = (u / axes) @ u.T
             self.radius[k] = axes[0] if shape.is_round else 0.0
 
-    def ball(self, x, index):
-        """Ball of the shapes index (m,) relative to points x (3, m)."""
-        offset, radius = self.origin[:, index] - x, self.radius[index]
+    def balls(self, x, index):
+        """Balls of the shapes index (m,) relative to points x (3, m)."""
+        offset, radius = self.origin.take(index, axis=1) - x, self.radius[index]
         if (radius > 0).all():
-            return Ball(offset / radius, scale=1 / radius)
-        inverse = self.inverse[:, :, index]
-        return Ball(transform(inverse, offset), linear=self.linear[:, :, index], inverse=inverse)
+            return Balls(offset / radius, radius > 0)
+        inverse = self.inverse.take(index, axis=2)
+        c = np.einsum("ijm,jm->im", inverse, offset)
+        return Balls(c, radius > 0, self.linear.take(index, axis=2), inverse)
 
     def polygon(self, x, index):
         """Corners (3, 4, m) of the shapes index (m,) relative to points x (3, m)."""
-        return self.corners[:, :, index] - x[:, None]
+        return self.corners.take(index, axis=2) - x[:, None]
 
 
 def _closest_on_polygon(corners):
@@ -81,16 +73,21 @@ def _closest_on_polygon(corners):
     return np.where(inner, c + s * u + t * v, best)
 
 
-def _order_ball_polygon(ball, corners):
-    """Of a ball and a polygon (3, 4, m), both relative to the point: (ball first, polygon first, they cross), (m,).
+def _order_ball_polygon(table, x, ball, corners):
+    """Of balls (m,) and polygons (3, 4, m), relative to points x (3, m): (ball first, polygon first, they cross, the
+    polygon is inside the ball), each (m,).
 
     Disjoint convex bodies hide each other in one order only: the point's side of a separating plane tells which.
     The plane used is the one at the polygon's point nearest the ball, in the space where the ball is round.
     """
-    near = _closest_on_polygon(ball.points_to_local(corners) - ball.c[:, None])
-    distance2, side = dot(near, near), -dot(ball.c, near)
+    inverse = table.inverse.take(ball, axis=2)
+    c = _spread(inverse, table.origin.take(ball, axis=1) - x)
+    corners = _spread(inverse, corners) - c[:, None]
+    near = _closest_on_polygon(corners)
+    distance2, side = dot(near, near), -dot(c, near)
     cross = distance2 < (1 - TOUCHING) ** 2
-    return ~cross & (side < distance2), ~cross & (side > distance2), cross
+    within = dot(corners, corners).max(axis=0) <= (1 + TOUCHING) ** 2
+    return ~cross & (side < distance2), ~cross & (side > distance2), cross, within
 
 
 def _order_balls(table, x, occluder, source):
@@ -129,148 +126,133 @@ def _separate(table, a, b):
     w = divide(d, np.sqrt(dot(d, d)))
     best, best_gap = w, np.full(len(a), -np.inf)
     for step in 1 / np.sqrt(1 + np.arange(ASCENT)):
-        pulled = [transform(m, w) for m in maps]
+        pulled = [_spread(m, w) for m in maps]
         reach = [np.sqrt(dot(p, p)) for p in pulled]
         gap = (dot(w, d) - reach[0] - reach[1]) / size
         best, best_gap = np.where(gap > best_gap, w, best), np.maximum(gap, best_gap)
-        slope = (d - sum(transform(m, divide(p, r)) for m, p, r in zip(maps, pulled, reach))) / size
+        slope = (d - sum(_spread(m, divide(p, r)) for m, p, r in zip(maps, pulled, reach))) / size
         w = w + step * slope
         w = divide(w, np.sqrt(dot(w, w)))
-    reach = [np.sqrt(dot(p, p)) for p in (transform(m, best) for m in maps)]
+    reach = [np.sqrt(dot(p, p)) for p in (_spread(m, best) for m in maps)]
     offset = dot(best, table.origin[:, a]) + reach[0] + best_gap * size / 2
-    centre = transform(table.inverse[:, :, a], d)
+    centre = _spread(table.inverse[:, :, a], d)
     product = np.moveaxis(table.inverse[:, :, a], -1, 0) @ np.moveaxis(maps[1], -1, 0)
     within = np.sqrt(dot(centre, centre)) + np.linalg.norm(product, 2, axis=(1, 2)) <= 1 + TOUCHING
     return best, offset, best_gap, within
 
 
-class _Sifted:
-    """Which (pair, occluder) entries matter: active, and may hide the source's boundary: near; pairs that get nothing:
-    dark; pairs left to sampling: crossing."""
-
-    def __init__(self, count, entries):
-        self.active, self.near = np.zeros(entries, bool), np.ones(entries, bool)
-        self.dark, self.crossing = np.zeros(count, bool), np.zeros(count, bool)
-
-
-def _may_overlap(table, x, n, occluder, centre, radius):
-    """(m,) False where the occluder is below the horizon or its bounding cone misses the source's."""
-    d = table.origin[:, occluder] - x
-    r = table.bound[occluder]
-    keep = dot(n, d) > -r
-    if centre is None:
-        return keep
-    return keep & ~_cones_apart(table, x, occluder, centre, radius)
-
-
-def _cones_apart(table, x, shape, centre, radius):
-    """(m,) Whether the cone around a shape's bounding sphere is apart from the one around another sphere."""
-    d, r = table.origin[:, shape] - x, table.bound[shape]
-    e = centre - x
+def _cones_apart(d, r, pair, e, radius):
+    """(k,) Whether the cones around spheres at offsets d (3, k), radii r (k,), are apart from those around the spheres
+    of their pairs (k,) at offsets e (3, m), radii (m,)."""
     dd, ee = dot(d, d), dot(e, e)
-    outside = (dd > r * r) & (ee > radius * radius)
+    outside = (dd > r * r) & (ee > radius * radius)[pair]
     # angle between the axes against the sum of half angles: cos(axes) < cos(sum), everything times |d| |e|
-    cosine = np.sqrt(np.maximum(dd - r * r, 0.0) * np.maximum(ee - radius * radius, 0.0)) - r * radius
-    return outside & (dot(d, e) < cosine - 1e-9 * np.sqrt(dd * ee))
+    tangent = np.sqrt(np.maximum(ee - radius * radius, 0.0))
+    cosine = np.sqrt(np.maximum(dd - r * r, 0.0)) * tangent[pair] - r * radius[pair]
+    return outside & (dot(d, e.take(pair, axis=1)) < cosine - 1e-9 * np.sqrt(dd * ee[pair]))
 
 
 def over_edges(table, x, corners, pair, shape):
     """Least height of shapes (e,) over the planes through the points x (3, m) of their pair (e,) and the edges of the
     pair's polygon (3, 4, m) relative to it, in their bounding radii: below -1 the shape is beside the polygon in the
     view, above 1 no edge comes near it."""
-    d, middle = table.origin[:, shape] - x[:, pair], corners[:, 0] + corners[:, 2]
-    least = np.full(len(shape), np.inf)
-    for k in range(4):
-        side = cross(corners[:, k], corners[:, (k + 1) % 4])
-        side = divide(side, np.copysign(np.sqrt(dot(side, side)), dot(side, middle)))
-        least = np.minimum(least, dot(side[:, pair], d))
+    d, middle = table.origin.take(shape, axis=1) - x.take(pair, axis=1), corners[:, 0] + corners[:, 2]
+    side = cross(corners, corners[:, [1, 2, 3, 0]])
+    side = divide(side, np.copysign(np.sqrt(dot(side, side)), dot(side, middle[:, None])))
+    least = dot(side[:, 0].take(pair, axis=1), d)
+    for k in range(1, 4):
+        least = np.minimum(least, dot(side[:, k].take(pair, axis=1), d))
     return least / table.bound[shape]
 
 
 def _sift(table, x, n, source, corners, pair, occluder, sky):
-    """Decide every (pair, occluder) entry; x, n, corners and source are per pair, pair and occluder per entry."""
-    sifted = _Sifted(x.shape[1], len(pair))
-    if corners is not None:
-        centre = (corners[:, 0] + corners[:, 2]) / 2
-        radius = np.sqrt(dot(corners - centre[:, None], corners - centre[:, None]).max(axis=0))
-        e = (centre + x)[:, pair], radius[pair]
-    elif sky:
-        e = None, None
-    else:
-        e = table.origin[:, source[pair]], table.bound[source[pair]]
-    keep = _may_overlap(table, x[:, pair], n[:, pair], occluder, *e) & (occluder != source[pair])
-    if corners is not None:
-        entry = np.nonzero(keep)[0]
-        p, shape = pair[entry], occluder[entry]
-        height = over_edges(table, x, corners, p, shape)
-        keep[entry] = height > -1 - TOUCHING
-        horizon = dot(n[:, p], table.origin[:, shape] - x[:, p]) / table.bound[shape]
-        sifted.near[entry] = ~table.is_ball[shape] | (np.minimum(height, horizon) < 1 + TOUCHING)
-    for is_ball, decide in ((True, _sift_balls), (False, _sift_polygons)):
-        entry = np.nonzero(keep & (table.is_ball[occluder] == is_ball))[0]
-        if len(entry):
-            p = pair[entry]
-            part = None if corners is None else corners[:, :, p]
-            decide(sifted, table, x[:, p], n[:, p], source[p], part, entry, p, occluder[entry], sky)
-    return sifted
+    """Decide every (pair, occluder) entry; x, n, corners and source are per pair, pair and occluder per entry.
 
-
-def _sift_balls(sifted, table, x, n, source, corners, entry, pair, occluder, sky):
-    ball = table.ball(x, occluder)
-    inside = ball.distance < 1 - TOUCHING
+    Returns which entries may hide something (active), which pairs get nothing (dark) and which are left to sampling.
+    """
+    active, dark, crossing = np.zeros(len(pair), bool), *np.zeros((2, x.shape[1]), bool)
+    d, r = table.origin.take(occluder, axis=1) - x.take(pair, axis=1), table.bound[occluder]
+    keep = (dot(n.take(pair, axis=1), d) > -r) & (occluder != source[pair])
     if corners is not None:
-        first, _, cross = _order_ball_polygon(ball, corners)
-        local = ball.points_to_local(corners) - ball.c[:, None]
-        within = dot(local, local).max(axis=0) <= (1 + TOUCHING) ** 2
-    elif sky:
-        first = np.ones(len(entry), bool)
-        within = cross = ~first
-        if source[0] >= 0:  # the inner side of a sphere: what is outside of it hides nothing
-            cross, beyond = _against_dome(table, source, ball_of=occluder)
-            first = ~beyond
-            within = beyond
-    else:
-        first, cross, within = _order_balls(table, x, occluder, source)
-    cross = cross & ~(within & inside)
-    np.logical_or.at(sifted.crossing, pair[cross], True)
-    np.logical_or.at(sifted.dark, pair[inside & ~within & ~cross], True)
-    sifted.active[entry] = first & ~cross & ~inside
-
-
-def _sift_polygons(sifted, table, x, n, source, corners, entry, pair, occluder, sky):
-    polygon = table.polygon(x, occluder)
-    normal = np.stack(np.cross(polygon[:, 1] - polygon[:, 0], polygon[:, 3] - polygon[:, 0], axis=0))
-    edge_on = np.abs(dot(normal, polygon[:, 0])) <= IN_PLANE * np.sqrt(dot(normal, normal)) * table.bound[occluder]
-    keep = ~edge_on & (dot(n[:, None], polygon) > 0).any(axis=0)
-    # what has the point and the whole source on one side of its plane cannot come between them
-    slack = TOUCHING * table.bound[occluder]
-    if corners is not None:
-        keep &= _height_over(polygon, corners).min(axis=0) < -slack
+        middle = (corners[:, 0] + corners[:, 2]) / 2
+        radius = np.sqrt(dot(corners - middle[:, None], corners - middle[:, None]).max(axis=0))
+        keep &= ~_cones_apart(d, r, pair, middle, radius)
     elif not sky:
-        offset = (table.origin[:, source] - x)[:, None]
-        keep &= _height_over(polygon, offset)[0] < table.bound[source] - slack
-    cross = np.zeros(len(entry), bool)
+        keep &= ~_cones_apart(d, r, pair, table.origin.take(source, axis=1) - x, table.bound[source])
+    entry = np.nonzero(keep)[0]
     if corners is not None:
-        height = _height_over(corners, polygon)
-        keep &= height.max(axis=0) > TOUCHING * table.bound[occluder]
+        entry = entry[over_edges(table, x, corners, pair[entry], occluder[entry]) > -1 - TOUCHING]
+    is_ball = table.is_ball[occluder[entry]]
+    for of_kind, decide in ((is_ball, _sift_balls), (~is_ball, _sift_polygons)):
+        e = entry[of_kind]
+        if len(e):
+            active[e], cross, blocked = decide(table, x, n, source, corners, pair[e], occluder[e], sky)
+            crossing[pair[e[cross]]] = True
+            dark[pair[e[blocked]]] = True
+    return active, dark, crossing
+
+
+def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
+    """Of entries whose occluder is a ball: active, crossing the source, all around the point but not the source."""
+    entries, r = len(pair), table.bound[occluder]
+    d = table.origin.take(occluder, axis=1) - x.take(pair, axis=1)
+    inside, k = np.zeros(entries, bool), np.nonzero(dot(d, d) < r * r)[0]
+    c = _spread(table.inverse.take(occluder[k], axis=2), d[:, k])
+    inside[k] = np.sqrt(dot(c, c)) < 1 - TOUCHING
+    first, cross, within = np.ones(entries, bool), *np.zeros((2, entries), bool)
+    if corners is not None:
+        # what does not reach the source's plane is before it
+        normal, offset = _planes_of(corners)
+        k = np.nonzero(dot(normal.take(pair, axis=1), d) + offset[pair] < r * (1 + TOUCHING))[0]
+        p = pair[k]
+        order = _order_ball_polygon(table, x.take(p, axis=1), occluder[k], corners.take(p, axis=2))
+        first[k], _, cross[k], within[k] = order
     elif sky:
-        if source[0] >= 0:
-            cross, beyond = _against_dome(table, source, polygon_of=occluder)
-            keep &= ~beyond
+        if source[0] >= 0:  # the inner side of a sphere: what is outside of it hides nothing
+            cross, within = _against_dome(table, source[pair], ball_of=occluder)
+            first = ~within
     else:
-        _, first, cross = _order_ball_polygon(table.ball(x, source), polygon)
+        first, cross, within = _order_balls(table, x.take(pair, axis=1), occluder, source[pair])
+    cross &= ~(within & inside)
+    return first & ~cross & ~inside, cross, inside & ~within & ~cross
+
+
+def _sift_polygons(table, x, n, source, corners, pair, occluder, sky):
+    """As _sift_balls; a polygon is never all around the point."""
+    x, bound = x.take(pair, axis=1), table.bound[occluder]
+    polygon = table.polygon(x, occluder)
+    normal, offset = _planes_of(polygon)
+    # what has the point and the whole source on one side of its plane cannot come between them
+    keep = (offset > IN_PLANE * bound) & (dot(n.take(pair, axis=1)[:, None], polygon) > 0).any(axis=0)
+    cross, slack = np.zeros(len(pair), bool), TOUCHING * bound
+    if corners is not None:
+        corners = corners.take(pair, axis=2)
+        keep &= (dot(normal[:, None], corners) + offset).min(axis=0) < -slack
+        keep &= _height_over(corners, polygon).max(axis=0) > slack
+    elif not sky:
+        source = source[pair]
+        keep &= dot(normal, table.origin.take(source, axis=1) - x) + offset < table.bound[source] - slack
+        _, first, cross, _ = _order_ball_polygon(table, x, source, polygon)
         keep &= first | cross
+    elif source[0] >= 0:
+        cross, beyond = _against_dome(table, source[pair], polygon_of=occluder)
+        keep &= ~beyond
     cross &= keep
-    np.logical_or.at(sifted.crossing, pair[cross], True)
-    sifted.active[entry] = keep & ~cross
+    return keep & ~cross, cross, np.zeros(len(pair), bool)
+
+
+def _planes_of(corners):
+    """Planes of polygons (3, 4, m): unit normals (3, m) towards the origin and its heights (m,) m over them."""
+    normal = cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
+    normal = divide(normal, np.sqrt(dot(normal, normal)))
+    offset = -dot(normal, corners[:, 0])
+    return np.where(offset < 0, -1.0, 1.0) * normal, np.abs(offset)
 
 
 def _height_over(corners, points):
     """Heights (k, m) m of points (3, k, m) over the plane of corners (3, 4, m), positive on the origin's side."""
-    normal = np.stack(np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0], axis=0))
-    normal = divide(normal, np.sqrt(dot(normal, normal)))
-    offset = dot(normal, corners[:, 0])
-    return np.where(offset < 0, 1.0, -1.0) * (dot(normal[:, None], points) - offset)
+    normal, offset = _planes_of(corners)
+    return dot(normal[:, None], points) + offset
 
 
 def _against_dome(table, dome, ball_of=None, polygon_of=None):
@@ -278,12 +260,12 @@ def _against_dome(table, dome, ball_of=None, polygon_of=None):
     index = polygon_of if ball_of is None else ball_of
     inverse, centre = table.inverse[:, :, dome], table.origin[:, dome]
     if ball_of is None:
-        local = transform(inverse, table.corners[:, :, index] - centre[:, None])
+        local = _spread(inverse, table.corners[:, :, index] - centre[:, None])
         far = np.sqrt(dot(local, local).max(axis=0))
         near = _closest_on_polygon(local)
         near = np.sqrt(dot(near, near))
     else:
-        local = transform(inverse, table.origin[:, index] - centre)
+        local = _spread(inverse, table.origin[:, index] - centre)
         product = np.moveaxis(inverse, -1, 0) @ np.moveaxis(table.linear[:, :, index], -1, 0)
         reach = np.linalg.norm(product, 2, axis=(1, 2))
         distance = np.sqrt(dot(local, local))
@@ -293,27 +275,22 @@ def _against_dome(table, dome, ball_of=None, polygon_of=None):
 
 
 def _overlapping(table, x, pair, occluder):
-    """Entries (pair, occluder), sorted by pair, that overlap another of the same pair: indices (entry, other entry)."""
-    d, r = table.origin[:, occluder] - x[:, pair], table.bound[occluder]
+    """Entries (pair, occluder), sorted by pair, that overlap another of the same pair: indices (entry, later entry)."""
+    d, r = table.origin.take(occluder, axis=1) - x.take(pair, axis=1), table.bound[occluder]
     length = np.sqrt(dot(d, d))
     axis, sin = divide(d, length), np.minimum(divide(r, length), 1.0)
-    cos = np.where(length > r, np.sqrt(1 - sin * sin), -1.0)  # from within everything overlaps
+    cos = np.sqrt(1 - sin * sin)
+    around = length <= r  # from within everything overlaps
     follow = np.searchsorted(pair, pair, side="right") - np.arange(len(pair)) - 1
-    ends, found = np.cumsum(follow), []
+    ends, found = np.cumsum(follow), [np.zeros((2, 0), int)]
     cuts = np.unique(np.searchsorted(ends, np.arange(0, follow.sum(), OVERLAPS)))
     for low, high in zip(cuts, np.append(cuts[1:], len(pair))):
         some = follow[low:high]
-        e = low + np.repeat(np.arange(high - low), some)
-        other = e + 1 + np.arange(len(e)) - np.repeat(np.cumsum(some) - some, some)
-        apart = dot(axis[:, e], axis[:, other]) < cos[e] * cos[other] - sin[e] * sin[other] - 1e-9
-        keep = ~apart | (cos[e] < 0) | (cos[other] < 0)
-        found.append((e[keep], other[keep]))
-    if not found:
-        return np.zeros(0, int), np.zeros(0, int)
-    e, other = (np.concatenate(part) for part in zip(*found))
-    e, other = np.concatenate([e, other]), np.concatenate([other, e])
-    order = np.argsort(e, kind="stable")
-    return e[order], other[order]
+        e = np.repeat(np.arange(low, high), some)
+        other = np.arange(1, len(e) + 1) + np.repeat(np.arange(low, high) - (np.cumsum(some) - some), some)
+        apart = dot(axis.take(e, axis=1), axis.take(other, axis=1)) < cos[e] * cos[other] - sin[e] * sin[other] - 1e-9
+        found.append(np.stack([e, other])[:, ~apart | around[e] | around[other]])
+    return np.concatenate(found, axis=1)
 
 
 def padded(count, row, value):
@@ -322,40 +299,6 @@ def padded(count, row, value):
     out = np.full((count, number.max(initial=0)), -1)
     out[row, np.arange(len(row)) - (np.cumsum(number) - number)[row]] = value
     return out
-
-
-def _groups(table, m, row, occluder):
-    """Rows with their occluders (entries sorted by row) in groups of like numbers: (rows, slots (rows, k) padded)."""
-    balls = table.is_ball[occluder]
-    number = np.stack([np.bincount(row[kind], minlength=m) for kind in (~balls, balls)])
-    slots = []
-    for kind in (~balls, balls):
-        slots.append(padded(m, row[kind], occluder[kind]))
-    order = np.lexsort(number)  # by balls, then by planes
-    order = order[number[:, order].any(axis=0)]
-    start = 0
-    while start < len(order):
-        # rows alike, and as many more as it takes to be worth the calls
-        alike = (number[:, order[start:]] == number[:, order[start], None]).all(axis=0)
-        count = max(len(alike) if alike.all() else int(np.argmin(alike)), FEW)
-        rows = order[start : start + count]
-        a, b = number[:, rows].max(axis=1)
-        for group in _parts(rows, max(GROUP // (1 + a + b), 64)):
-            yield group, np.concatenate([slots[0][group, :a], slots[1][group, :b]], axis=1)
-        start += count
-
-
-def _regions(table, x, corners, slots):
-    """Regions of the occluders in slots (m, k), each column of one kind and padded with -1."""
-    regions = []
-    for index in slots.T[(slots >= 0).any(axis=0)]:
-        if table.is_ball[index.max()]:
-            regions.append(ball_region(table.ball(x, _real(index)), index >= 0))
-            continue
-        polygon = table.polygon(x, _real(index))
-        height = np.ones(polygon.shape[1:]) if corners is None else _height_over(corners, polygon)
-        regions.append(polygon_region(polygon, height, index >= 0))
-    return regions
 
 
 def _real(index):
@@ -367,8 +310,39 @@ def _source(table, x, n, source, corners, sky):
     if sky:
         return sky_source(n)
     if corners is None:
-        return ball_source(table.ball(x, source), n)
-    return polygon_region(corners, dot(n[:, None], corners), np.ones(len(source), bool), closing=n)
+        return ball_source(table.balls(x, source), n)
+    return polygon_region(corners, dot(n[:, None], corners), closing=n)
+
+
+def _occluders(table, x, corners, pair, occluder):
+    """Occluders of entries (pair, occluder), sorted by pair; corners: of their sources, if these are polygons."""
+    polygon = np.nonzero(~table.is_ball[occluder])[0]
+    outlines = table.polygon(x.take(pair[polygon], axis=1), occluder[polygon])
+    height = np.ones(outlines.shape[1:])
+    if corners is not None:
+        height = _height_over(corners.take(pair[polygon], axis=2), outlines)
+    covers = covers_directions(outlines, height)
+    entry = np.sort(np.concatenate([polygon[covers], np.nonzero(table.is_ball[occluder])[0]]))
+    region = polygon_region(outlines[:, :, covers], height[:, covers])
+    pair, occluder = pair[entry], occluder[entry]
+    is_ball = table.is_ball[occluder]
+    polygon, ball = np.nonzero(~is_ball)[0], np.nonzero(is_ball)[0]
+    balls = table.balls(x.take(pair[ball], axis=1), occluder[ball])
+    number = np.where(is_ball, np.cumsum(is_ball), np.cumsum(~is_ball)) - 1
+    e, other = _overlapping(table, x, pair, occluder)
+    kinds = is_ball[e].astype(int) + is_ball[other]
+    mixed, swap = kinds == 1, is_ball[e]
+    polygon_ball = number[np.where(swap, other, e)[mixed]], number[np.where(swap, e, other)[mixed]]
+    both = [(np.concatenate([e[k], other[k]]), np.concatenate([other[k], e[k]])) for k in (kinds == 0, kinds == 2)]
+    first = occluder[both[0][1]] < occluder[both[0][0]]
+    polygon_polygon, ball_ball = ((number[i], number[j]) for i, j in both)
+    return Occluders(region, pair[polygon], balls, pair[ball], polygon_polygon, polygon_ball, ball_ball, first)
+
+
+def _visible(table, x, n, source, corners, sky, pair, occluder):
+    """Factors (m,) of sources behind the occluders of entries (pair, occluder)."""
+    region = _source(table, x, n, source, corners, sky)
+    return visible_integral(n, region, _occluders(table, x, corners, pair, occluder))
 
 
 def _unoccluded(table, x, n, source, corners, sky):
@@ -379,7 +353,8 @@ def _unoccluded(table, x, n, source, corners, sky):
     radius = table.radius[source]
     out = sphere_unoccluded(x.T, n.T, table.origin[:, source].T, np.where(radius > 0, radius, table.bound[source]))
     for part in _parts(np.nonzero(radius == 0)[0], GROUP):
-        out[part] = source_integral(n[:, part], ball_source(table.ball(x[:, part], source[part]), n[:, part]), [])
+        none = np.zeros(0, int)
+        out[part] = _visible(table, x[:, part], n[:, part], source[part], None, False, none, none)
     return out
 
 
@@ -419,43 +394,26 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
         counts["free"] += m
         return _unoccluded(table, x, n, source, corners, sky)
     occluder = occluders[pair, slot]
-    sifted = _sift(table, x, n, source, corners, pair, occluder, sky)
-    sampled, lit = sifted.crossing & ~sifted.dark, ~sifted.crossing & ~sifted.dark
-    entry = sifted.active & lit[pair]
+    active, dark, crossing = _sift(table, x, n, source, corners, pair, occluder, sky)
+    sampled, lit = crossing & ~dark, ~crossing & ~dark
+    entry = active & lit[pair]
     pair, occluder = pair[entry], occluder[entry]
     out = np.zeros(m)
     hidden = int((np.bincount(pair, minlength=m) > 0).sum())
     counts["free"] += int(lit.sum()) - hidden
     counts["exact"] += hidden
-    # the source's own boundary outside all occluders
-    near = sifted.near[entry]
-    whole = np.nonzero(lit & (np.bincount(pair[near], minlength=m) == 0))[0]
+    number = np.bincount(pair, minlength=m)
+    whole = np.nonzero(lit & (number == 0))[0]
     out[whole] = _unoccluded(table, *pick(whole))
-    for group, slots in _groups(table, m, pair[near], occluder[near]):
-        xs, ns, *rest = pick(group)
-        out[group] += source_integral(ns, _source(table, xs, ns, *rest), _regions(table, xs, rest[1], slots))
-    # each occluder's boundary inside the source and outside the other occluders that it meets in the view
-    e, other = _overlapping(table, x, pair, occluder)
-    alone = np.nonzero(np.bincount(e, minlength=len(pair)) == 0)[0]
-    lists = [*_groups(table, len(pair), e, occluder[other])]
-    lists += [(part, np.zeros((len(part), 0), int)) for part in _parts(alone, GROUP)]
-    for group, slots in lists:
-        for kind in (False, True):
-            of_kind = table.is_ball[occluder[group]] == kind
-            index, others = group[of_kind], slots[of_kind]
-            if not len(index):
-                continue
-            xs, ns, *rest = pick(pair[index])
-            own = _regions(table, xs, rest[1], occluder[index][:, None])[0]
-            used = others.T[(others >= 0).any(axis=0)]
-            value = occluder_integral(
-                ns,
-                own,
-                _source(table, xs, ns, *rest),
-                _regions(table, xs, rest[1], others),
-                [column < occluder[index] for column in used],
-            )
-            np.subtract.at(out, pair[index], value)
+    if corners is not None:
+        number[~covers_directions(corners, dot(n[:, None], corners))] = 0
+    rows = np.nonzero(number)[0]
+    ends = np.cumsum(number[rows])
+    for group in np.split(rows, np.unique(np.searchsorted(ends, np.arange(GROUP, ends[-1] if len(ends) else 0, GROUP)))):
+        if len(group):
+            e = slice(*np.searchsorted(pair, [group[0], group[-1] + 1]))
+            e = np.arange(e.start, e.stop)[number[pair[e]] > 0]
+            out[group] = _visible(table, *pick(group), np.searchsorted(group, pair[e]), occluder[e])
     out = np.maximum(out, 0.0)
     index = np.nonzero(sampled)[0]
     counts["sampled"] += len(index)
@@ -524,10 +482,10 @@ def _sampled(table, x, n, source, corners, sky, occluders):
     if corners is not None:
         u, v = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
         d = corners[:, 0][:, None] + s * u[:, None] + t * v[:, None]
-        area = np.abs(dot(np.stack(np.cross(u, v, axis=0))[:, None], d)) * weight
+        area = np.abs(dot(cross(u, v)[:, None], d)) * weight
     elif sky:
         frame = sky_source(n)
-        e, f = frame.p[:, 0], np.stack(np.cross(n, frame.p[:, 0], axis=0))
+        e, f = frame.p[:, 0], cross(n, frame.p[:, 0])
         radius, angle = np.sqrt(s), 2 * np.pi * t
         d = radius * np.cos(angle) * e[:, None] + radius * np.sin(angle) * f[:, None] + np.sqrt(1 - s) * n[:, None]
         area = np.pi * weight
@@ -559,7 +517,7 @@ def _dome_distance(table, x, d, source):
 
 def _cap_samples(table, x, source, s, angle, weight):
     """Offsets (3, j, m) to samples of the visible cap of balls and area element times cosine times |d| there."""
-    ball = table.ball(x, source)
+    ball = table.balls(x, source)
     z = ball.sin + (1 - ball.sin) * s  # cosine from the axis towards the point, in the ball's own space
     radius = np.sqrt(np.maximum(1 - z * z, 0.0))
     normal = -z * ball.axis[:, None] + radius * (np.cos(angle) * ball.u[:, None] + np.sin(angle) * ball.v[:, None])
