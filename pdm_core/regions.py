@@ -38,9 +38,9 @@ def _unit(a):
 class Balls:
     """Ellipsoids as unit balls at centres c (3, m) of the spaces that `linear` (3, 3, m) maps to the world.
 
-    round (m,): whether `linear` only scales. inverse (3, 3, m): of `linear`; None where all are round. conic
-    (3 vectors, 3, m): k0, k1, k2 of the outline's directions r(f) = k0 + k1 cos f + k2 sin f, |r| <= 1,
-    counter-clockwise seen from the point; of round balls |r| = 1, the circle of the cone axis, cos, sin in the frame u, v.
+    round (m,): whether `linear` only scales. inverse (3, 3, m): of `linear`; both None if all are round.
+    conic (k, 3, m): vectors k0, k1, k2 of the outline's directions r(f) = k0 + k1 cos f + k2 sin f, counter-clockwise
+    seen from the point. |r| <= 1; of round balls |r| = 1, a circle about the axis.
     """
 
     def __init__(self, c, round_, linear=None, inverse=None):
@@ -146,28 +146,24 @@ def sky_source(n):
 
 
 def _gaps(low, high, row, start, end):
-    """What intervals [start, end] (k,) of rows (k,) leave of each row's [low, high] (r,): nonempty (row, start, end)."""
-    row = np.concatenate([row, np.arange(len(low))])  # an empty interval at its end closes each row
-    start, end = np.concatenate([start, high]), np.concatenate([end, high])
-    order = np.lexsort((start, row))
-    row, start, end = row[order], start[order], end[order]
-    same, step, width = row[1:] == row[:-1], 1, np.bincount(row).max(initial=0)
-    while step < width:  # the largest end so far in each row, by doubling
-        so_far = np.maximum(end[step:], end[:-step])
-        end[step:] = np.where(row[step:] == row[:-step], so_far, end[step:])
-        step *= 2
-    a, b = low[row], np.minimum(start, high[row])
-    a[1:] = np.where(same, np.maximum(a[1:], end[:-1]), a[1:])
-    keep = np.flatnonzero(b > a)
-    return row[keep], a[keep], b[keep]
+    """What intervals [start, end] (k,) of rows (k,) leave of each row's [low, high] (r,): lists row, start, end.
+
+    With starts and ends sorted apart, the gap after the i-th end is from there to the next start, if that is later:
+    as many intervals have then begun as have ended.
+    """
+    rows = np.concatenate([np.arange(len(low)), row])
+    # sorted as complex numbers: by rows, then within a row; stable, because there are long runs
+    ends = np.sort(rows + 1j * np.concatenate([low, np.maximum(end, low[row])]), kind="stable")
+    starts = np.sort(rows + 1j * np.concatenate([high, np.minimum(start, high[row])]), kind="stable")
+    left = np.nonzero(starts.imag > ends.imag)[0]
+    return ends.real[left].astype(int), ends.imag[left], starts.imag[left]
 
 
 def _gaps_of_turn(count, row, start, end):
-    """As _gaps for arcs [start, end] of whole turns, at most a turn long each."""
-    length = end - start
-    start = np.mod(start, TURN)
-    end = start + length
-    over = np.flatnonzero(end > TURN)
+    """As _gaps for arcs [start, end] of whole turns, at most a turn long each, in rows 0 .. count - 1."""
+    turns = TURN * np.floor(start / TURN)  # np.mod takes ten times as long
+    start, end = start - turns, end - turns
+    over = np.nonzero(end > TURN)[0]
     row, start = np.concatenate([row, row[over]]), np.concatenate([start, np.zeros(len(over))])
     end = np.concatenate([end, end[over] - TURN])
     return _gaps(np.zeros(count), np.full(count, TURN), row, start, end)
@@ -363,21 +359,21 @@ def _conic_integral(n, conic, f0, f1):
 def visible_integral(n, source, occluders):
     """Contour integral over 2 pi (m,) along the boundary of what is visible of the sources; n (3, m) unit normals."""
     m, o = n.shape[1], occluders
-    polygon, ball = np.arange(len(o.polygon_of)), np.arange(len(o.ball_of))
-    low, high = _edges_in_planes(*o.polygons.edges(polygon), source.planes.take(o.polygon_of, axis=2), BOTH)
-    # what is hidden of the sources' edges and outlines, and of the occluders', by the source's complement and each other
+    every, polygon, ball = np.arange(m), np.arange(len(o.polygon_of)), np.arange(len(o.ball_of))
+    # what is hidden of each boundary: of sources by occluders, of occluders by each other and what is not the source
     edges, outside = _planes_and_balls(source, o.ball_of, o.balls, ball)
-    source_edges, outlines, source_outlines, polygon_edges = [edges], [outside], [], []
-    source_edges.append(_edges_in_polygons(source, o.polygon_of, o.polygons, polygon, INNER))
+    source_edges = [edges, _edges_in_polygons(source, o.polygon_of, o.polygons, polygon, INNER)]
+    outlines, source_outlines, polygon_edges = [outside], [], []
+    low, high = _edges_in_planes(*o.polygons.edges(polygon), source.planes.take(o.polygon_of, axis=2), BOTH)
     if source.balls is not None:
-        source_outlines.append(_planes_and_balls(source, np.arange(m), source.balls, np.arange(m))[1])
+        source_outlines.append(_planes_and_balls(source, every, source.balls, every)[1])
         row, *arc = _arcs_in_cones(source.balls, o.ball_of, o.balls, ball)
         source_outlines.append((o.ball_of[row], *arc))
         outlines.append(_gaps_of_turn(len(ball), *_arcs_in_cones(o.balls, ball, source.balls, o.ball_of)))
         edges, outside = _planes_and_balls(o.polygons, polygon, source.balls, o.polygon_of)
+        polygon_edges.append(_gaps(0 * low.ravel(), 1 + 0 * low.ravel(), *edges))
         row, *arc = _gaps_of_turn(len(polygon), *outside)
         source_outlines.append((o.polygon_of[row], *arc))
-        polygon_edges.append(_gaps(0 * low.ravel(), 1 + 0 * low.ravel(), *edges))
     for i, j in _parts(*o.polygon_ball):
         edges, outside = _planes_and_balls(o.polygons, i, o.balls, j)
         polygon_edges.append(edges)
@@ -388,11 +384,12 @@ def visible_integral(n, source, occluders):
         outlines.append((i[row], *arc))
     for i, j, first in _parts(*o.polygon_polygon, o.first):
         polygon_edges.append(_edges_in_polygons(o.polygons, i, o.polygons, j, OUTER, first))
-    total = _along_edges(n, source, np.zeros(source.p.shape[1:]), np.ones(source.p.shape[1:]), _joined(source_edges))
+    whole = np.zeros(source.p.shape[1:]), np.ones(source.p.shape[1:])
+    total = _along_edges(n, source, *whole, _joined(source_edges))
     if source.balls is not None:
         total = total + _along_outlines(n, source.balls, _joined(source_outlines))
-    of_polygons = _along_edges(n[:, o.polygon_of], o.polygons, low, high, _joined(polygon_edges))
-    of_balls = _along_outlines(n[:, o.ball_of], o.balls, _joined(outlines))
+    of_polygons = _along_edges(n.take(o.polygon_of, axis=1), o.polygons, low, high, _joined(polygon_edges))
+    of_balls = _along_outlines(n.take(o.ball_of, axis=1), o.balls, _joined(outlines))
     hidden = np.bincount(o.polygon_of, of_polygons, minlength=m) + np.bincount(o.ball_of, of_balls, minlength=m)
     return (total - hidden) / TURN
 

@@ -18,10 +18,9 @@ from .scene import Sphere
 TOUCHING = 1e-6
 IN_PLANE = 1e-9  # height over a polygon, relative to its size, at which it is seen edge-on: a point by a wall is not
 BATCH = 32768  # pairs whose candidates are sifted at once
-GROUP = 32768  # (pair, region) entries in one contour integral
+GROUP = 8192  # (pair, occluder) entries in one contour integral, about
 OVERLAPS = 1 << 18  # pairs of occluders compared at once
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
-FEW = 512  # rows worth a group of their own: below, the calls cost more than the padding
 SAMPLES = 24  # Gauss points a direction of the sampled fallback
 
 
@@ -170,7 +169,8 @@ def _sift(table, x, n, source, corners, pair, occluder, sky):
 
     Returns which entries may hide something (active), which pairs get nothing (dark) and which are left to sampling.
     """
-    active, dark, crossing = np.zeros(len(pair), bool), *np.zeros((2, x.shape[1]), bool)
+    active = np.zeros(len(pair), bool)
+    dark, crossing = np.zeros((2, x.shape[1]), bool)
     d, r = table.origin.take(occluder, axis=1) - x.take(pair, axis=1), table.bound[occluder]
     keep = (dot(n.take(pair, axis=1), d) > -r) & (occluder != source[pair])
     if corners is not None:
@@ -199,7 +199,7 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
     inside, k = np.zeros(entries, bool), np.nonzero(dot(d, d) < r * r)[0]
     c = _spread(table.inverse.take(occluder[k], axis=2), d[:, k])
     inside[k] = np.sqrt(dot(c, c)) < 1 - TOUCHING
-    first, cross, within = np.ones(entries, bool), *np.zeros((2, entries), bool)
+    first, (cross, within) = np.ones(entries, bool), np.zeros((2, entries), bool)
     if corners is not None:
         # what does not reach the source's plane is before it
         normal, offset = _planes_of(corners)
@@ -316,27 +316,38 @@ def _source(table, x, n, source, corners, sky):
 
 def _occluders(table, x, corners, pair, occluder):
     """Occluders of entries (pair, occluder), sorted by pair; corners: of their sources, if these are polygons."""
-    polygon = np.nonzero(~table.is_ball[occluder])[0]
+    is_ball = table.is_ball[occluder]
+    polygon = np.nonzero(~is_ball)[0]
     outlines = table.polygon(x.take(pair[polygon], axis=1), occluder[polygon])
     height = np.ones(outlines.shape[1:])
-    if corners is not None:
+    if corners is not None:  # only what is before the source hides any of it
         height = _height_over(corners.take(pair[polygon], axis=2), outlines)
     covers = covers_directions(outlines, height)
-    entry = np.sort(np.concatenate([polygon[covers], np.nonzero(table.is_ball[occluder])[0]]))
-    region = polygon_region(outlines[:, :, covers], height[:, covers])
-    pair, occluder = pair[entry], occluder[entry]
-    is_ball = table.is_ball[occluder]
+    if not covers.all():
+        keep = is_ball.copy()
+        keep[polygon] = covers
+        pair, occluder, is_ball = pair[keep], occluder[keep], is_ball[keep]
+        outlines, height = outlines[:, :, covers], height[:, covers]
     polygon, ball = np.nonzero(~is_ball)[0], np.nonzero(is_ball)[0]
-    balls = table.balls(x.take(pair[ball], axis=1), occluder[ball])
-    number = np.where(is_ball, np.cumsum(is_ball), np.cumsum(~is_ball)) - 1
+    number = np.empty(len(pair), int)
+    number[polygon], number[ball] = np.arange(len(polygon)), np.arange(len(ball))
     e, other = _overlapping(table, x, pair, occluder)
-    kinds = is_ball[e].astype(int) + is_ball[other]
-    mixed, swap = kinds == 1, is_ball[e]
-    polygon_ball = number[np.where(swap, other, e)[mixed]], number[np.where(swap, e, other)[mixed]]
-    both = [(np.concatenate([e[k], other[k]]), np.concatenate([other[k], e[k]])) for k in (kinds == 0, kinds == 2)]
-    first = occluder[both[0][1]] < occluder[both[0][0]]
-    polygon_polygon, ball_ball = ((number[i], number[j]) for i, j in both)
-    return Occluders(region, pair[polygon], balls, pair[ball], polygon_polygon, polygon_ball, ball_ball, first)
+    e, other = np.concatenate([e, other]), np.concatenate([other, e])
+    polygon_polygon, polygon_ball, ball_ball = (
+        (number[e[kind]], number[other[kind]])
+        for kind in (~is_ball[e] & ~is_ball[other], ~is_ball[e] & is_ball[other], is_ball[e] & is_ball[other])
+    )
+    shape = occluder[polygon]
+    return Occluders(
+        polygon_region(outlines, height),
+        pair[polygon],
+        table.balls(x.take(pair[ball], axis=1), occluder[ball]),
+        pair[ball],
+        polygon_polygon,
+        polygon_ball,
+        ball_ball,
+        first=shape[polygon_polygon[1]] < shape[polygon_polygon[0]],
+    )
 
 
 def _visible(table, x, n, source, corners, sky, pair, occluder):
@@ -383,11 +394,18 @@ def visible_factors(table, points, normals, source, corners=None, occluders=None
     return out
 
 
+def _groups(number):
+    """Rows with number (m,) > 0 entries, ascending, in groups of about GROUP entries or of one row."""
+    rows = np.nonzero(number)[0]
+    return np.split(rows, np.nonzero(np.diff(np.cumsum(number[rows]) // GROUP))[0] + 1) if len(rows) else []
+
+
 def _batch(table, x, n, source, corners, occluders, sky, counts):
     m = x.shape[1]
 
     def pick(index):
-        return x[:, index], n[:, index], source[index], None if corners is None else corners[:, :, index], sky
+        part = None if corners is None else corners.take(index, axis=2)
+        return x.take(index, axis=1), n.take(index, axis=1), source[index], part, sky
 
     pair, slot = np.nonzero(occluders >= 0) if occluders is not None and occluders.size else (np.zeros(0, int),) * 2
     if not len(pair):
@@ -398,22 +416,18 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
     sampled, lit = crossing & ~dark, ~crossing & ~dark
     entry = active & lit[pair]
     pair, occluder = pair[entry], occluder[entry]
-    out = np.zeros(m)
-    hidden = int((np.bincount(pair, minlength=m) > 0).sum())
-    counts["free"] += int(lit.sum()) - hidden
-    counts["exact"] += hidden
     number = np.bincount(pair, minlength=m)
     whole = np.nonzero(lit & (number == 0))[0]
+    counts["free"] += len(whole)
+    counts["exact"] += int(lit.sum()) - len(whole)
+    out = np.zeros(m)
     out[whole] = _unoccluded(table, *pick(whole))
-    if corners is not None:
+    if corners is not None:  # the rest get nothing
         number[~covers_directions(corners, dot(n[:, None], corners))] = 0
-    rows = np.nonzero(number)[0]
-    ends = np.cumsum(number[rows])
-    for group in np.split(rows, np.unique(np.searchsorted(ends, np.arange(GROUP, ends[-1] if len(ends) else 0, GROUP)))):
-        if len(group):
-            e = slice(*np.searchsorted(pair, [group[0], group[-1] + 1]))
-            e = np.arange(e.start, e.stop)[number[pair[e]] > 0]
-            out[group] = _visible(table, *pick(group), np.searchsorted(group, pair[e]), occluder[e])
+        pair, occluder = pair[number[pair] > 0], occluder[number[pair] > 0]
+    for group in _groups(number):
+        e = slice(*np.searchsorted(pair, [group[0], group[-1] + 1]))
+        out[group] = _visible(table, *pick(group), np.searchsorted(group, pair[e]), occluder[e])
     out = np.maximum(out, 0.0)
     index = np.nonzero(sampled)[0]
     counts["sampled"] += len(index)
