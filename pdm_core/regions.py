@@ -22,13 +22,13 @@ from .numerics import gauss_legendre
 COINCIDENT = 1e-12  # sine of the angle below which two arcs count as one; the error made is of this size
 GRAZING = 1e-12  # relative depth of a sliver that is none
 ROUNDING = 1e-15
-LEAVE_ENTER = np.array([1.0, -1.0])
-ASIDE = 0.4323  # where a piece of an outline is tested
+ASIDE = 0.4323  # where a piece of an outline is tested against an elliptic cone
 INNER, OUTER, BOTH = range(3)
 TURN = 2 * np.pi
+LEAVE_ENTER = np.array([1.0, -1.0])  # which way an outline crosses a plane
 EDGE_ON = 1e-14  # of the cube of its reach: a polygon of less volume with the point is seen edge-on
 CONIC_POINTS, CONIC_PARTS = 16, 4  # Gauss rule for arcs of elliptic cones, per part of a piece
-LIST = 8192  # pairs of regions that meet, compared at once
+LIST = 2048  # pairs of regions compared at once
 
 
 def _unit(a):
@@ -52,7 +52,7 @@ class Balls:
         self.u = across(self.axis)
         self.v = cross(self.axis, self.u)
         self.conic = np.array([self.cos * self.axis, self.sin * self.u, self.sin * self.v])
-        odd = np.flatnonzero(~round_)
+        odd = np.nonzero(~round_)[0]
         if len(odd):
             size = np.sqrt((linear[:, :, odd] ** 2).sum(axis=(0, 1)))
             self.conic[:, :, odd] = np.einsum("ijm,cjm->cim", linear[:, :, odd] / size, self.conic[:, :, odd])
@@ -60,7 +60,8 @@ class Balls:
 
 @dataclass
 class Region:
-    """Convex sets of directions: inside all planes (3, k, m) (inward unit normals, zero where unbounded) and the balls.
+    """Convex sets of directions: inside all planes (3, k, m) (inward unit normals, zero where unbounded) and, if there
+    are any, balls (m).
 
     p, q (3, e, m): the straight edges, counter-clockwise; on (e,): which of the planes each edge is in.
     """
@@ -182,7 +183,7 @@ def _levels(conic, planes):
 def _crosses(a):
     """Whether a0 + a1 cos f + a2 sin f, a (3, ...), changes its sign (...)"""
     rho2 = a[1] * a[1] + a[2] * a[2]
-    # a sliver too thin for its midpoint to be told from its edge is none: it would hold less than GRAZING ** 1.5
+    # a sliver too thin for its ends to be told apart is none: it would hold less than GRAZING ** 1.5
     return rho2 - a[0] * a[0] > GRAZING * rho2
 
 
@@ -211,15 +212,17 @@ def _planes_and_balls(region, one, balls, other):
     """
     a = _levels(balls.conic.take(other, axis=2), region.planes.take(one, axis=2))
     crosses = _crosses(a)
-    plane, pair = np.nonzero(crosses)
     outside = np.nonzero(((a[0] < -ROUNDING) & ~crosses).any(axis=0))[0]
+    plane, pair = np.nonzero(crosses)
     a = a.reshape(3, -1).take(plane * len(one) + pair, axis=1)
-    end, start = _positive(a)
-    arcs = (pair, start, end + TURN), (outside, np.zeros(len(outside)), np.full(len(outside), TURN))
+    up, down = _positive(a)
+    arcs = (pair, down, up + TURN), (outside, np.zeros(len(outside)), np.full(len(outside), TURN))
+    # the edges in the planes that are crossed
     edge, crossing = np.nonzero(region.on[:, None] == plane)
-    pair, row = pair[crossing], edge * region.p.shape[2] + one[pair[crossing]]
+    plane, pair, m = plane[crossing], pair[crossing], region.p.shape[2]
+    row = edge * m + one[pair]
     p, q = (r.reshape(3, -1).take(row, axis=1) for r in (region.p, region.q))
-    normal = region.planes.reshape(3, -1).take(plane[crossing] * region.p.shape[2] + one[pair], axis=1)
+    normal = region.planes.reshape(3, -1).take(plane * m + one[pair], axis=1)
     start, end = _edges_in_cones(p, q, normal, balls.conic.take(other[pair], axis=2), a.take(crossing, axis=1))
     keep = np.nonzero(end > start)[0]
     return (row[keep], start[keep], end[keep]), _joined(arcs)

@@ -1,7 +1,7 @@
 """What oriented points receive from sources, behind candidate occluders: pairs in, form factors out.
 
 Each (point, source) pair brings a list of candidate occluders. Here those that cannot hide anything are dropped,
-the order in depth is decided, and the rest goes to the exact contour integral in groups of like size.
+the order in depth is decided, and the rest goes to the exact contour integral, some thousand entries at once.
 """
 
 from collections import Counter
@@ -18,7 +18,7 @@ from .scene import Sphere
 TOUCHING = 1e-6
 IN_PLANE = 1e-9  # height over a polygon, relative to its size, at which it is seen edge-on: a point by a wall is not
 BATCH = 32768  # pairs whose candidates are sifted at once
-GROUP = 8192  # (pair, occluder) entries in one contour integral, about
+GROUP = 4096  # (pair, occluder) entries in one contour integral, about: their arrays stay in a second-level cache
 OVERLAPS = 1 << 18  # pairs of occluders compared at once
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
 SAMPLES = 24  # Gauss points a direction of the sampled fallback
@@ -51,8 +51,7 @@ class ShapeTable:
         if (radius > 0).all():
             return Balls(offset / radius, radius > 0)
         inverse = self.inverse.take(index, axis=2)
-        c = np.einsum("ijm,jm->im", inverse, offset)
-        return Balls(c, radius > 0, self.linear.take(index, axis=2), inverse)
+        return Balls(_spread(inverse, offset), radius > 0, self.linear.take(index, axis=2), inverse)
 
     def polygon(self, x, index):
         """Corners (3, 4, m) of the shapes index (m,) relative to points x (3, m)."""
@@ -66,7 +65,7 @@ def _closest_on_polygon(corners):
     det = uu * vv - uv * uv
     s, t = divide(uv * cv - vv * cu, det), divide(uv * cu - uu * cv, det)
     inner = (s > 0) & (s < 1) & (t > 0) & (t < 1) & (det > 0)
-    edge = np.roll(corners, -1, axis=1) - corners
+    edge = corners[:, [1, 2, 3, 0]] - corners
     near = corners + np.clip(divide(-dot(corners, edge), dot(edge, edge)), 0.0, 1.0) * edge
     best = np.take_along_axis(near, np.argmin(dot(near, near), axis=0)[None, None], axis=1)[:, 0]
     return np.where(inner, c + s * u + t * v, best)
@@ -196,7 +195,7 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
     """Of entries whose occluder is a ball: active, crossing the source, all around the point but not the source."""
     entries, r = len(pair), table.bound[occluder]
     d = table.origin.take(occluder, axis=1) - x.take(pair, axis=1)
-    inside, k = np.zeros(entries, bool), np.nonzero(dot(d, d) < r * r)[0]
+    inside, k = np.zeros(entries, bool), np.nonzero(dot(d, d) < r * r)[0]  # the bounding sphere, then the ball
     c = _spread(table.inverse.take(occluder[k], axis=2), d[:, k])
     inside[k] = np.sqrt(dot(c, c)) < 1 - TOUCHING
     first, (cross, within) = np.ones(entries, bool), np.zeros((2, entries), bool)
@@ -232,8 +231,8 @@ def _sift_polygons(table, x, n, source, corners, pair, occluder, sky):
     elif not sky:
         source = source[pair]
         keep &= dot(normal, table.origin.take(source, axis=1) - x) + offset < table.bound[source] - slack
-        _, first, cross, _ = _order_ball_polygon(table, x, source, polygon)
-        keep &= first | cross
+        _, before, cross, _ = _order_ball_polygon(table, x, source, polygon)
+        keep &= before | cross
     elif source[0] >= 0:
         cross, beyond = _against_dome(table, source[pair], polygon_of=occluder)
         keep &= ~beyond
@@ -258,7 +257,7 @@ def _height_over(corners, points):
 def _against_dome(table, dome, ball_of=None, polygon_of=None):
     """Whether shapes cross the sphere dome (m,), and whether they lie outside it."""
     index = polygon_of if ball_of is None else ball_of
-    inverse, centre = table.inverse[:, :, dome], table.origin[:, dome]
+    inverse, centre = table.inverse.take(dome, axis=2), table.origin.take(dome, axis=1)
     if ball_of is None:
         local = _spread(inverse, table.corners[:, :, index] - centre[:, None])
         far = np.sqrt(dot(local, local).max(axis=0))
@@ -363,9 +362,9 @@ def _unoccluded(table, x, n, source, corners, sky):
         return polygon_unoccluded(np.zeros_like(x.T), n.T, np.transpose(corners, (2, 1, 0)))
     radius = table.radius[source]
     out = sphere_unoccluded(x.T, n.T, table.origin[:, source].T, np.where(radius > 0, radius, table.bound[source]))
+    nothing = np.zeros(0, int)
     for part in _parts(np.nonzero(radius == 0)[0], GROUP):
-        none = np.zeros(0, int)
-        out[part] = _visible(table, x[:, part], n[:, part], source[part], None, False, none, none)
+        out[part] = _visible(table, x[:, part], n[:, part], source[part], None, False, nothing, nothing)
     return out
 
 
@@ -466,7 +465,7 @@ def _blocked(table, x, local, size, shape):
 
 def _spread(matrix, v):
     """(3, 3, m) applied to (3, ..., m)."""
-    return np.stack([sum(matrix[i, j] * v[j] for j in range(3)) for i in range(3)])
+    return np.einsum("ijm,j...m->i...m", matrix, v)
 
 
 def _meets_ball(p, d):
