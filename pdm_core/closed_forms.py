@@ -18,7 +18,7 @@ CHUNK = 4096  # pairs; some 40 arrays of this length stay in a core's second-lev
 
 def dot(a, b):
     """(3, ...) . (3, ...) -> (...)"""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return np.einsum("i...,i...->...", a, b)
 
 
 def cross(a, b):
@@ -26,9 +26,14 @@ def cross(a, b):
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
+def transform(matrix, v):
+    """matrix (3, 3, m) applied to (3, ..., m)."""
+    return np.einsum("ijm,j...m->i...m", matrix, v)
+
+
 def divide(a, b):
     """a / b, and 0 where b is 0."""
-    return np.divide(a, b, out=np.zeros(np.broadcast_shapes(np.shape(a), np.shape(b))), where=b != 0)
+    return a / np.where(b == 0, np.inf, b)
 
 
 def across(n):

@@ -111,4 +111,3 @@ def _least_squares(columns, beta):
         w[:, c] = np.linalg.lstsq(h, right, rcond=None)[0]
         left[c] = np.linalg.norm(right - h @ w[:, c])
     return w, left
-

@@ -1,25 +1,16 @@
 """What oriented points receive from sources, behind candidate occluders: pairs in, form factors out.
 
 Each (point, source) pair brings a list of candidate occluders. Here those that cannot hide anything are dropped,
-the order in depth is decided, and the rest goes to the exact contour integral in groups of like size.
+the order in depth is decided, and the rest goes to the exact contour integral, some thousand entries at once.
 """
 
 from collections import Counter
 
 import numpy as np
 
-from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded
+from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded, transform
 from .numerics import gauss_legendre
-from .regions import (
-    Ball,
-    ball_region,
-    ball_source,
-    occluder_integral,
-    polygon_region,
-    sky_source,
-    source_integral,
-    transform,
-)
+from .regions import Balls, Occluders, ball_source, covers_directions, polygon_region, sky_source, visible_integral
 from .scene import Sphere
 
 # Depth, relative to the shapes' size, up to which shapes that cross count as touching and planes as flush: Blender's
@@ -27,10 +18,9 @@ from .scene import Sphere
 TOUCHING = 1e-6
 IN_PLANE = 1e-9  # height over a polygon, relative to its size, at which it is seen edge-on: a point by a wall is not
 BATCH = 32768  # pairs whose candidates are sifted at once
-GROUP = 32768  # (pair, region) entries in one contour integral
+GROUP = 4096  # (pair, occluder) entries in one contour integral, about: their arrays stay in a second-level cache
 OVERLAPS = 1 << 18  # pairs of occluders compared at once
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
-FEW = 512  # rows worth a group of their own: below, the calls cost more than the padding
 SAMPLES = 24  # Gauss points a direction of the sampled fallback
 
 
@@ -55,17 +45,17 @@ class ShapeTable:
             self.inverse[:, :, k] = (u / axes) @ u.T
             self.radius[k] = axes[0] if shape.is_round else 0.0
 
-    def ball(self, x, index):
-        """Ball of the shapes index (m,) relative to points x (3, m)."""
-        offset, radius = self.origin[:, index] - x, self.radius[index]
+    def balls(self, x, index):
+        """Balls of the shapes index (m,) relative to points x (3, m)."""
+        offset, radius = self.origin.take(index, axis=1) - x, self.radius[index]
         if (radius > 0).all():
-            return Ball(offset / radius, scale=1 / radius)
-        inverse = self.inverse[:, :, index]
-        return Ball(transform(inverse, offset), linear=self.linear[:, :, index], inverse=inverse)
+            return Balls(offset / radius, radius > 0)
+        inverse = self.inverse.take(index, axis=2)
+        return Balls(transform(inverse, offset), radius > 0, self.linear.take(index, axis=2), inverse)
 
     def polygon(self, x, index):
         """Corners (3, 4, m) of the shapes index (m,) relative to points x (3, m)."""
-        return self.corners[:, :, index] - x[:, None]
+        return self.corners.take(index, axis=2) - x[:, None]
 
 
 def _closest_on_polygon(corners):
@@ -75,22 +65,27 @@ def _closest_on_polygon(corners):
     det = uu * vv - uv * uv
     s, t = divide(uv * cv - vv * cu, det), divide(uv * cu - uu * cv, det)
     inner = (s > 0) & (s < 1) & (t > 0) & (t < 1) & (det > 0)
-    edge = np.roll(corners, -1, axis=1) - corners
+    edge = corners[:, [1, 2, 3, 0]] - corners
     near = corners + np.clip(divide(-dot(corners, edge), dot(edge, edge)), 0.0, 1.0) * edge
     best = np.take_along_axis(near, np.argmin(dot(near, near), axis=0)[None, None], axis=1)[:, 0]
     return np.where(inner, c + s * u + t * v, best)
 
 
-def _order_ball_polygon(ball, corners):
-    """Of a ball and a polygon (3, 4, m), both relative to the point: (ball first, polygon first, they cross), (m,).
+def _order_ball_polygon(table, x, ball, corners):
+    """Of balls (m,) and polygons (3, 4, m), relative to points x (3, m): (ball first, polygon first, they cross, the
+    polygon is inside the ball), each (m,).
 
     Disjoint convex bodies hide each other in one order only: the point's side of a separating plane tells which.
     The plane used is the one at the polygon's point nearest the ball, in the space where the ball is round.
     """
-    near = _closest_on_polygon(ball.points_to_local(corners) - ball.c[:, None])
-    distance2, side = dot(near, near), -dot(ball.c, near)
+    inverse = table.inverse.take(ball, axis=2)
+    c = transform(inverse, table.origin.take(ball, axis=1) - x)
+    corners = transform(inverse, corners) - c[:, None]
+    near = _closest_on_polygon(corners)
+    distance2, side = dot(near, near), -dot(c, near)
     cross = distance2 < (1 - TOUCHING) ** 2
-    return ~cross & (side < distance2), ~cross & (side > distance2), cross
+    within = dot(corners, corners).max(axis=0) <= (1 + TOUCHING) ** 2
+    return ~cross & (side < distance2), ~cross & (side > distance2), cross, within
 
 
 def _order_balls(table, x, occluder, source):
@@ -144,139 +139,125 @@ def _separate(table, a, b):
     return best, offset, best_gap, within
 
 
-class _Sifted:
-    """Which (pair, occluder) entries matter: active, and may hide the source's boundary: near; pairs that get nothing:
-    dark; pairs left to sampling: crossing."""
-
-    def __init__(self, count, entries):
-        self.active, self.near = np.zeros(entries, bool), np.ones(entries, bool)
-        self.dark, self.crossing = np.zeros(count, bool), np.zeros(count, bool)
-
-
-def _may_overlap(table, x, n, occluder, centre, radius):
-    """(m,) False where the occluder is below the horizon or its bounding cone misses the source's."""
-    d = table.origin[:, occluder] - x
-    r = table.bound[occluder]
-    keep = dot(n, d) > -r
-    if centre is None:
-        return keep
-    return keep & ~_cones_apart(table, x, occluder, centre, radius)
-
-
-def _cones_apart(table, x, shape, centre, radius):
-    """(m,) Whether the cone around a shape's bounding sphere is apart from the one around another sphere."""
-    d, r = table.origin[:, shape] - x, table.bound[shape]
-    e = centre - x
+def _cones_apart(d, r, pair, e, radius):
+    """(k,) Whether the cones around spheres at offsets d (3, k), radii r (k,), are apart from those around the spheres
+    of their pairs (k,) at offsets e (3, m), radii (m,)."""
     dd, ee = dot(d, d), dot(e, e)
-    outside = (dd > r * r) & (ee > radius * radius)
+    outside = (dd > r * r) & (ee > radius * radius)[pair]
     # angle between the axes against the sum of half angles: cos(axes) < cos(sum), everything times |d| |e|
-    cosine = np.sqrt(np.maximum(dd - r * r, 0.0) * np.maximum(ee - radius * radius, 0.0)) - r * radius
-    return outside & (dot(d, e) < cosine - 1e-9 * np.sqrt(dd * ee))
+    tangent = np.sqrt(np.maximum(ee - radius * radius, 0.0))
+    cosine = np.sqrt(np.maximum(dd - r * r, 0.0)) * tangent[pair] - r * radius[pair]
+    return outside & (dot(d, e.take(pair, axis=1)) < cosine - 1e-9 * np.sqrt(dd * ee[pair]))
 
 
 def over_edges(table, x, corners, pair, shape):
     """Least height of shapes (e,) over the planes through the points x (3, m) of their pair (e,) and the edges of the
     pair's polygon (3, 4, m) relative to it, in their bounding radii: below -1 the shape is beside the polygon in the
     view, above 1 no edge comes near it."""
-    d, middle = table.origin[:, shape] - x[:, pair], corners[:, 0] + corners[:, 2]
-    least = np.full(len(shape), np.inf)
-    for k in range(4):
-        side = cross(corners[:, k], corners[:, (k + 1) % 4])
-        side = divide(side, np.copysign(np.sqrt(dot(side, side)), dot(side, middle)))
-        least = np.minimum(least, dot(side[:, pair], d))
+    d, middle = table.origin.take(shape, axis=1) - x.take(pair, axis=1), corners[:, 0] + corners[:, 2]
+    side = cross(corners, corners[:, [1, 2, 3, 0]])
+    side = divide(side, np.copysign(np.sqrt(dot(side, side)), dot(side, middle[:, None])))
+    least = dot(side[:, 0].take(pair, axis=1), d)
+    for k in range(1, 4):
+        least = np.minimum(least, dot(side[:, k].take(pair, axis=1), d))
     return least / table.bound[shape]
 
 
 def _sift(table, x, n, source, corners, pair, occluder, sky):
-    """Decide every (pair, occluder) entry; x, n, corners and source are per pair, pair and occluder per entry."""
-    sifted = _Sifted(x.shape[1], len(pair))
-    if corners is not None:
-        centre = (corners[:, 0] + corners[:, 2]) / 2
-        radius = np.sqrt(dot(corners - centre[:, None], corners - centre[:, None]).max(axis=0))
-        e = (centre + x)[:, pair], radius[pair]
-    elif sky:
-        e = None, None
-    else:
-        e = table.origin[:, source[pair]], table.bound[source[pair]]
-    keep = _may_overlap(table, x[:, pair], n[:, pair], occluder, *e) & (occluder != source[pair])
-    if corners is not None:
-        entry = np.nonzero(keep)[0]
-        p, shape = pair[entry], occluder[entry]
-        height = over_edges(table, x, corners, p, shape)
-        keep[entry] = height > -1 - TOUCHING
-        horizon = dot(n[:, p], table.origin[:, shape] - x[:, p]) / table.bound[shape]
-        sifted.near[entry] = ~table.is_ball[shape] | (np.minimum(height, horizon) < 1 + TOUCHING)
-    for is_ball, decide in ((True, _sift_balls), (False, _sift_polygons)):
-        entry = np.nonzero(keep & (table.is_ball[occluder] == is_ball))[0]
-        if len(entry):
-            p = pair[entry]
-            part = None if corners is None else corners[:, :, p]
-            decide(sifted, table, x[:, p], n[:, p], source[p], part, entry, p, occluder[entry], sky)
-    return sifted
+    """Decide every (pair, occluder) entry; x, n, corners and source are per pair, pair and occluder per entry.
 
-
-def _sift_balls(sifted, table, x, n, source, corners, entry, pair, occluder, sky):
-    ball = table.ball(x, occluder)
-    inside = ball.distance < 1 - TOUCHING
+    Returns which entries may hide something (active), which pairs get nothing (dark) and which are left to sampling.
+    """
+    active = np.zeros(len(pair), bool)
+    dark, crossing = np.zeros((2, x.shape[1]), bool)
+    d, r = table.origin.take(occluder, axis=1) - x.take(pair, axis=1), table.bound[occluder]
+    keep = (dot(n.take(pair, axis=1), d) > -r) & (occluder != source[pair])
     if corners is not None:
-        first, _, cross = _order_ball_polygon(ball, corners)
-        local = ball.points_to_local(corners) - ball.c[:, None]
-        within = dot(local, local).max(axis=0) <= (1 + TOUCHING) ** 2
-    elif sky:
-        first = np.ones(len(entry), bool)
-        within = cross = ~first
-        if source[0] >= 0:  # the inner side of a sphere: what is outside of it hides nothing
-            cross, beyond = _against_dome(table, source, ball_of=occluder)
-            first = ~beyond
-            within = beyond
-    else:
-        first, cross, within = _order_balls(table, x, occluder, source)
-    cross = cross & ~(within & inside)
-    np.logical_or.at(sifted.crossing, pair[cross], True)
-    np.logical_or.at(sifted.dark, pair[inside & ~within & ~cross], True)
-    sifted.active[entry] = first & ~cross & ~inside
-
-
-def _sift_polygons(sifted, table, x, n, source, corners, entry, pair, occluder, sky):
-    polygon = table.polygon(x, occluder)
-    normal = np.stack(np.cross(polygon[:, 1] - polygon[:, 0], polygon[:, 3] - polygon[:, 0], axis=0))
-    edge_on = np.abs(dot(normal, polygon[:, 0])) <= IN_PLANE * np.sqrt(dot(normal, normal)) * table.bound[occluder]
-    keep = ~edge_on & (dot(n[:, None], polygon) > 0).any(axis=0)
-    # what has the point and the whole source on one side of its plane cannot come between them
-    slack = TOUCHING * table.bound[occluder]
-    if corners is not None:
-        keep &= _height_over(polygon, corners).min(axis=0) < -slack
+        middle = (corners[:, 0] + corners[:, 2]) / 2
+        radius = np.sqrt(dot(corners - middle[:, None], corners - middle[:, None]).max(axis=0))
+        keep &= ~_cones_apart(d, r, pair, middle, radius)
     elif not sky:
-        offset = (table.origin[:, source] - x)[:, None]
-        keep &= _height_over(polygon, offset)[0] < table.bound[source] - slack
-    cross = np.zeros(len(entry), bool)
+        keep &= ~_cones_apart(d, r, pair, table.origin.take(source, axis=1) - x, table.bound[source])
+    entry = np.nonzero(keep)[0]
     if corners is not None:
-        height = _height_over(corners, polygon)
-        keep &= height.max(axis=0) > TOUCHING * table.bound[occluder]
+        entry = entry[over_edges(table, x, corners, pair[entry], occluder[entry]) > -1 - TOUCHING]
+    is_ball = table.is_ball[occluder[entry]]
+    for of_kind, decide in ((is_ball, _sift_balls), (~is_ball, _sift_polygons)):
+        e = entry[of_kind]
+        if len(e):
+            active[e], cross, blocked = decide(table, x, n, source, corners, pair[e], occluder[e], sky)
+            crossing[pair[e[cross]]] = True
+            dark[pair[e[blocked]]] = True
+    return active, dark, crossing
+
+
+def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
+    """Of entries whose occluder is a ball: active, crossing the source, all around the point but not the source."""
+    entries, r = len(pair), table.bound[occluder]
+    d = table.origin.take(occluder, axis=1) - x.take(pair, axis=1)
+    inside, k = np.zeros(entries, bool), np.nonzero(dot(d, d) < r * r)[0]  # the bounding sphere, then the ball
+    c = transform(table.inverse.take(occluder[k], axis=2), d[:, k])
+    inside[k] = np.sqrt(dot(c, c)) < 1 - TOUCHING
+    first, (cross, within) = np.ones(entries, bool), np.zeros((2, entries), bool)
+    if corners is not None:
+        # what does not reach the source's plane is before it
+        normal, offset = _planes_of(corners)
+        k = np.nonzero(dot(normal.take(pair, axis=1), d) + offset[pair] < r * (1 + TOUCHING))[0]
+        p = pair[k]
+        order = _order_ball_polygon(table, x.take(p, axis=1), occluder[k], corners.take(p, axis=2))
+        first[k], _, cross[k], within[k] = order
     elif sky:
-        if source[0] >= 0:
-            cross, beyond = _against_dome(table, source, polygon_of=occluder)
-            keep &= ~beyond
+        if source[0] >= 0:  # the inner side of a sphere: what is outside of it hides nothing
+            cross, within = _against_dome(table, source[pair], ball_of=occluder)
+            first = ~within
     else:
-        _, first, cross = _order_ball_polygon(table.ball(x, source), polygon)
-        keep &= first | cross
+        first, cross, within = _order_balls(table, x.take(pair, axis=1), occluder, source[pair])
+    cross &= ~(within & inside)
+    return first & ~cross & ~inside, cross, inside & ~within & ~cross
+
+
+def _sift_polygons(table, x, n, source, corners, pair, occluder, sky):
+    """As _sift_balls; a polygon is never all around the point."""
+    x, bound = x.take(pair, axis=1), table.bound[occluder]
+    polygon = table.polygon(x, occluder)
+    normal, offset = _planes_of(polygon)
+    # what has the point and the whole source on one side of its plane cannot come between them
+    keep = (offset > IN_PLANE * bound) & (dot(n.take(pair, axis=1)[:, None], polygon) > 0).any(axis=0)
+    cross, slack = np.zeros(len(pair), bool), TOUCHING * bound
+    if corners is not None:
+        corners = corners.take(pair, axis=2)
+        keep &= (dot(normal[:, None], corners) + offset).min(axis=0) < -slack
+        keep &= _height_over(corners, polygon).max(axis=0) > slack
+    elif not sky:
+        source = source[pair]
+        keep &= dot(normal, table.origin.take(source, axis=1) - x) + offset < table.bound[source] - slack
+        _, before, cross, _ = _order_ball_polygon(table, x, source, polygon)
+        keep &= before | cross
+    elif source[0] >= 0:
+        cross, beyond = _against_dome(table, source[pair], polygon_of=occluder)
+        keep &= ~beyond
     cross &= keep
-    np.logical_or.at(sifted.crossing, pair[cross], True)
-    sifted.active[entry] = keep & ~cross
+    return keep & ~cross, cross, np.zeros(len(pair), bool)
+
+
+def _planes_of(corners):
+    """Planes of polygons (3, 4, m): unit normals (3, m) towards the origin and its heights (m,) m over them."""
+    normal = cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
+    normal = divide(normal, np.sqrt(dot(normal, normal)))
+    offset = -dot(normal, corners[:, 0])
+    return np.where(offset < 0, -1.0, 1.0) * normal, np.abs(offset)
 
 
 def _height_over(corners, points):
     """Heights (k, m) m of points (3, k, m) over the plane of corners (3, 4, m), positive on the origin's side."""
-    normal = np.stack(np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0], axis=0))
-    normal = divide(normal, np.sqrt(dot(normal, normal)))
-    offset = dot(normal, corners[:, 0])
-    return np.where(offset < 0, 1.0, -1.0) * (dot(normal[:, None], points) - offset)
+    normal, offset = _planes_of(corners)
+    return dot(normal[:, None], points) + offset
 
 
 def _against_dome(table, dome, ball_of=None, polygon_of=None):
     """Whether shapes cross the sphere dome (m,), and whether they lie outside it."""
     index = polygon_of if ball_of is None else ball_of
-    inverse, centre = table.inverse[:, :, dome], table.origin[:, dome]
+    inverse, centre = table.inverse.take(dome, axis=2), table.origin.take(dome, axis=1)
     if ball_of is None:
         local = transform(inverse, table.corners[:, :, index] - centre[:, None])
         far = np.sqrt(dot(local, local).max(axis=0))
@@ -293,27 +274,22 @@ def _against_dome(table, dome, ball_of=None, polygon_of=None):
 
 
 def _overlapping(table, x, pair, occluder):
-    """Entries (pair, occluder), sorted by pair, that overlap another of the same pair: indices (entry, other entry)."""
-    d, r = table.origin[:, occluder] - x[:, pair], table.bound[occluder]
+    """Entries (pair, occluder), sorted by pair, that overlap another of the same pair: indices (entry, later entry)."""
+    d, r = table.origin.take(occluder, axis=1) - x.take(pair, axis=1), table.bound[occluder]
     length = np.sqrt(dot(d, d))
     axis, sin = divide(d, length), np.minimum(divide(r, length), 1.0)
-    cos = np.where(length > r, np.sqrt(1 - sin * sin), -1.0)  # from within everything overlaps
+    cos = np.sqrt(1 - sin * sin)
+    around = length <= r  # from within everything overlaps
     follow = np.searchsorted(pair, pair, side="right") - np.arange(len(pair)) - 1
-    ends, found = np.cumsum(follow), []
+    ends, found = np.cumsum(follow), [np.zeros((2, 0), int)]
     cuts = np.unique(np.searchsorted(ends, np.arange(0, follow.sum(), OVERLAPS)))
     for low, high in zip(cuts, np.append(cuts[1:], len(pair))):
         some = follow[low:high]
-        e = low + np.repeat(np.arange(high - low), some)
-        other = e + 1 + np.arange(len(e)) - np.repeat(np.cumsum(some) - some, some)
-        apart = dot(axis[:, e], axis[:, other]) < cos[e] * cos[other] - sin[e] * sin[other] - 1e-9
-        keep = ~apart | (cos[e] < 0) | (cos[other] < 0)
-        found.append((e[keep], other[keep]))
-    if not found:
-        return np.zeros(0, int), np.zeros(0, int)
-    e, other = (np.concatenate(part) for part in zip(*found))
-    e, other = np.concatenate([e, other]), np.concatenate([other, e])
-    order = np.argsort(e, kind="stable")
-    return e[order], other[order]
+        e = np.repeat(np.arange(low, high), some)
+        other = np.arange(1, len(e) + 1) + np.repeat(np.arange(low, high) - (np.cumsum(some) - some), some)
+        apart = dot(axis.take(e, axis=1), axis.take(other, axis=1)) < cos[e] * cos[other] - sin[e] * sin[other] - 1e-9
+        found.append(np.stack([e, other])[:, ~apart | around[e] | around[other]])
+    return np.concatenate(found, axis=1)
 
 
 def padded(count, row, value):
@@ -322,69 +298,6 @@ def padded(count, row, value):
     out = np.full((count, number.max(initial=0)), -1)
     out[row, np.arange(len(row)) - (np.cumsum(number) - number)[row]] = value
     return out
-
-
-def _groups(m, row, is_ball, value):
-    """Rows with the values of their entries (sorted by row), of planes first, in groups of like numbers:
-    (rows, slots (rows, k) padded with -1)."""
-    number = np.stack([np.bincount(row[kind], minlength=m) for kind in (~is_ball, is_ball)])
-    slots = [padded(m, row[kind], value[kind]) for kind in (~is_ball, is_ball)]
-    order = np.lexsort(number)  # by balls, then by planes
-    order = order[number[:, order].any(axis=0)]
-    start = 0
-    while start < len(order):
-        # rows alike, and as many more as it takes to be worth the calls
-        alike = (number[:, order[start:]] == number[:, order[start], None]).all(axis=0)
-        count = max(len(alike) if alike.all() else int(np.argmin(alike)), FEW)
-        rows = order[start : start + count]
-        a, b = number[:, rows].max(axis=1)
-        for group in _parts(rows, max(GROUP // (1 + a + b), 64)):
-            yield group, np.concatenate([slots[0][group, :a], slots[1][group, :b]], axis=1)
-        start += count
-
-
-class _Views:
-    """Regions of sources and of (pair, occluder) entries as each pair's point sees them, made once for many groups.
-
-    Pairs as for `_batch`; ellipsoids are made anew where they are asked for, lest round balls be taken for ellipsoids.
-    """
-
-    def __init__(self, table, pairs, pair, occluder):
-        self.table, self.pairs, self.pair, self.shape = table, pairs, pair, occluder
-        x, n, source, corners, sky = pairs
-        self.is_ball, self.is_round = table.is_ball[occluder], table.radius[occluder] > 0
-        self.place, self.made = np.zeros(len(pair), int), {}
-        for kind, some in ((True, np.nonzero(self.is_round)[0]), (False, np.nonzero(~self.is_ball)[0])):
-            self.place[some] = np.arange(len(some))
-            self.made[kind] = self._make(some, np.ones(len(some), bool)) if len(some) else None
-        self.behind = np.unique(pair)
-        some_round = corners is not None or sky or (table.radius[source[self.behind]] > 0).all()
-        self.sources = _source(table, *_pick(pairs, self.behind)) if some_round else None
-
-    def _make(self, entry, active):
-        x, corners = self.pairs[0].take(self.pair[entry], axis=1), self.pairs[3]
-        if self.is_ball[entry[0]]:
-            return ball_region(self.table.ball(x, self.shape[entry]), active)
-        polygon = self.table.polygon(x, self.shape[entry])
-        if corners is None:
-            return polygon_region(polygon, np.ones(polygon.shape[1:]), active)
-        return polygon_region(polygon, _height_over(corners[:, :, self.pair[entry]], polygon), active)
-
-    def source(self, pair):
-        if self.sources is None:
-            return _source(self.table, *_pick(self.pairs, pair))
-        return self.sources.take(np.searchsorted(self.behind, pair))
-
-    def occluders(self, slots):
-        """Regions of the entries in slots (m, k), each column of one kind and padded with -1."""
-        regions = []
-        for index in slots.T[(slots >= 0).any(axis=0)]:
-            entry = _real(index)
-            if self.is_ball[entry[0]] and not self.is_round[entry].all():
-                regions.append(self._make(entry, index >= 0))
-            else:
-                regions.append(self.made[bool(self.is_ball[entry[0]])].take(self.place[entry], index >= 0))
-        return regions
 
 
 def _real(index):
@@ -396,8 +309,50 @@ def _source(table, x, n, source, corners, sky):
     if sky:
         return sky_source(n)
     if corners is None:
-        return ball_source(table.ball(x, source), n)
-    return polygon_region(corners, dot(n[:, None], corners), np.ones(len(source), bool), closing=n)
+        return ball_source(table.balls(x, source), n)
+    return polygon_region(corners, dot(n[:, None], corners), closing=n)
+
+
+def _occluders(table, x, corners, pair, occluder):
+    """Occluders of entries (pair, occluder), sorted by pair; corners: of their sources, if these are polygons."""
+    is_ball = table.is_ball[occluder]
+    polygon = np.nonzero(~is_ball)[0]
+    outlines = table.polygon(x.take(pair[polygon], axis=1), occluder[polygon])
+    height = np.ones(outlines.shape[1:])
+    if corners is not None:  # only what is before the source hides any of it
+        height = _height_over(corners.take(pair[polygon], axis=2), outlines)
+    covers = covers_directions(outlines, height)
+    if not covers.all():
+        keep = is_ball.copy()
+        keep[polygon] = covers
+        pair, occluder, is_ball = pair[keep], occluder[keep], is_ball[keep]
+        outlines, height = outlines[:, :, covers], height[:, covers]
+    polygon, ball = np.nonzero(~is_ball)[0], np.nonzero(is_ball)[0]
+    number = np.empty(len(pair), int)
+    number[polygon], number[ball] = np.arange(len(polygon)), np.arange(len(ball))
+    e, other = _overlapping(table, x, pair, occluder)
+    e, other = np.concatenate([e, other]), np.concatenate([other, e])
+    polygon_polygon, polygon_ball, ball_ball = (
+        (number[e[kind]], number[other[kind]])
+        for kind in (~is_ball[e] & ~is_ball[other], ~is_ball[e] & is_ball[other], is_ball[e] & is_ball[other])
+    )
+    shape = occluder[polygon]
+    return Occluders(
+        polygon_region(outlines, height),
+        pair[polygon],
+        table.balls(x.take(pair[ball], axis=1), occluder[ball]),
+        pair[ball],
+        polygon_polygon,
+        polygon_ball,
+        ball_ball,
+        first=shape[polygon_polygon[1]] < shape[polygon_polygon[0]],
+    )
+
+
+def _visible(table, x, n, source, corners, sky, pair, occluder):
+    """Factors (m,) of sources behind the occluders of entries (pair, occluder)."""
+    region = _source(table, x, n, source, corners, sky)
+    return visible_integral(n, region, _occluders(table, x, corners, pair, occluder))
 
 
 def _unoccluded(table, x, n, source, corners, sky):
@@ -407,8 +362,9 @@ def _unoccluded(table, x, n, source, corners, sky):
         return polygon_unoccluded(np.zeros_like(x.T), n.T, np.transpose(corners, (2, 1, 0)))
     radius = table.radius[source]
     out = sphere_unoccluded(x.T, n.T, table.origin[:, source].T, np.where(radius > 0, radius, table.bound[source]))
+    nothing = np.zeros(0, int)
     for part in _parts(np.nonzero(radius == 0)[0], GROUP):
-        out[part] = source_integral(n[:, part], ball_source(table.ball(x[:, part], source[part]), n[:, part]), [])
+        out[part] = _visible(table, x[:, part], n[:, part], source[part], None, False, nothing, nothing)
     return out
 
 
@@ -437,64 +393,46 @@ def visible_factors(table, points, normals, source, corners=None, occluders=None
     return out
 
 
-def _pick(pairs, index):
-    """Of pairs, (x, n, source, corners or None, sky), those of index (k,)."""
-    x, n, source, corners, sky = pairs
-    some = None if corners is None else corners.take(index, axis=2)
-    return x.take(index, axis=1), n.take(index, axis=1), source[index], some, sky
+def _groups(number):
+    """Rows with number (m,) > 0 entries, ascending, in groups of about GROUP entries or of one row."""
+    rows = np.nonzero(number)[0]
+    return np.split(rows, np.nonzero(np.diff(np.cumsum(number[rows]) // GROUP))[0] + 1) if len(rows) else []
 
 
 def _batch(table, x, n, source, corners, occluders, sky, counts):
-    m, pairs = x.shape[1], (x, n, source, corners, sky)
+    m = x.shape[1]
+
+    def pick(index):
+        part = None if corners is None else corners.take(index, axis=2)
+        return x.take(index, axis=1), n.take(index, axis=1), source[index], part, sky
+
     pair, slot = np.nonzero(occluders >= 0) if occluders is not None and occluders.size else (np.zeros(0, int),) * 2
     if not len(pair):
         counts["free"] += m
-        return _unoccluded(table, *pairs)
+        return _unoccluded(table, x, n, source, corners, sky)
     occluder = occluders[pair, slot]
-    sifted = _sift(table, x, n, source, corners, pair, occluder, sky)
-    sampled, lit = sifted.crossing & ~sifted.dark, ~sifted.crossing & ~sifted.dark
-    entry = sifted.active & lit[pair]
-    pair, occluder, near = pair[entry], occluder[entry], np.nonzero(sifted.near[entry])[0]
-    hidden = int((np.bincount(pair, minlength=m) > 0).sum())
-    counts["free"] += int(lit.sum()) - hidden
-    counts["exact"] += hidden
+    active, dark, crossing = _sift(table, x, n, source, corners, pair, occluder, sky)
+    sampled, lit = crossing & ~dark, ~crossing & ~dark
+    entry = active & lit[pair]
+    pair, occluder = pair[entry], occluder[entry]
+    number = np.bincount(pair, minlength=m)
+    whole = np.nonzero(lit & (number == 0))[0]
+    counts["free"] += len(whole)
+    counts["exact"] += int(lit.sum()) - len(whole)
     out = np.zeros(m)
-    whole = np.nonzero(lit & (np.bincount(pair[near], minlength=m) == 0))[0]
-    out[whole] = _unoccluded(table, *_pick(pairs, whole))
-    if len(pair):
-        _integrate(_Views(table, pairs, pair, occluder), near, out)
+    out[whole] = _unoccluded(table, *pick(whole))
+    if corners is not None:  # the rest get nothing
+        number[~covers_directions(corners, dot(n[:, None], corners))] = 0
+        pair, occluder = pair[number[pair] > 0], occluder[number[pair] > 0]
+    for group in _groups(number):
+        e = slice(*np.searchsorted(pair, [group[0], group[-1] + 1]))
+        out[group] = _visible(table, *pick(group), np.searchsorted(group, pair[e]), occluder[e])
     out = np.maximum(out, 0.0)
     index = np.nonzero(sampled)[0]
     counts["sampled"] += len(index)
     for group in _parts(index, 64):
-        out[group] = _sampled(table, *_pick(pairs, group), occluders[group])
+        out[group] = _sampled(table, *pick(group), occluders[group])
     return out
-
-
-def _integrate(views, near, out):
-    """Add to out (m,) what each pair's point receives past its entries; near: those that source's edges may meet."""
-    x, n = views.pairs[:2]
-    pair, is_ball = views.pair, views.is_ball
-    # the source's own boundary outside all occluders
-    for group, slots in _groups(len(out), pair[near], is_ball[near], near):
-        out[group] += source_integral(n.take(group, axis=1), views.source(group), views.occluders(slots))
-    # each occluder's boundary inside the source and outside the other occluders that it meets in the view
-    e, other = _overlapping(views.table, x, pair, views.shape)
-    alone = np.nonzero(np.bincount(e, minlength=len(pair)) == 0)[0]
-    lists = [*_groups(len(pair), e, is_ball[other], other)]
-    lists += [(part, np.zeros((len(part), 0), int)) for part in _parts(alone, GROUP)]
-    for group, slots in lists:
-        for kind in (False, True):
-            of_kind = is_ball[group] == kind
-            index, others = group[of_kind], slots[of_kind]
-            if not len(index):
-                continue
-            own = views.occluders(index[:, None])[0]
-            used = others.T[(others >= 0).any(axis=0)]
-            first = [(column >= 0) & (views.shape[column] < views.shape[index]) for column in used]
-            source, at = views.source(pair[index]), n.take(pair[index], axis=1)
-            value = occluder_integral(at, own, source, views.occluders(others), first)
-            np.subtract.at(out, pair[index], value)
 
 
 def segment_blocked(table, x, d, shape):
@@ -506,13 +444,8 @@ def segment_blocked(table, x, d, shape):
         if len(index):
             inverse = table.inverse[:, :, shape[index]]
             origin = table.origin[:, shape[index]].reshape(3, *(1,) * (x.ndim - 2), -1)
-            blocked[..., index] = meets(_spread(inverse, x[..., index] - origin), _spread(inverse, d[..., index]))
+            blocked[..., index] = meets(transform(inverse, x[..., index] - origin), transform(inverse, d[..., index]))
     return blocked
-
-
-def _spread(matrix, v):
-    """(3, 3, m) applied to (3, ..., m)."""
-    return np.stack([sum(matrix[i, j] * v[j] for j in range(3)) for i in range(3)])
 
 
 def _meets_ball(p, d):
@@ -542,10 +475,10 @@ def _sampled(table, x, n, source, corners, sky, occluders):
     if corners is not None:
         u, v = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
         d = corners[:, 0][:, None] + s * u[:, None] + t * v[:, None]
-        area = np.abs(dot(np.stack(np.cross(u, v, axis=0))[:, None], d)) * weight
+        area = np.abs(dot(cross(u, v)[:, None], d)) * weight
     elif sky:
         frame = sky_source(n)
-        e, f = frame.p[:, 0], np.stack(np.cross(n, frame.p[:, 0], axis=0))
+        e, f = frame.p[:, 0], cross(n, frame.p[:, 0])
         radius, angle = np.sqrt(s), 2 * np.pi * t
         d = radius * np.cos(angle) * e[:, None] + radius * np.sin(angle) * f[:, None] + np.sqrt(1 - s) * n[:, None]
         area = np.pi * weight
@@ -570,19 +503,19 @@ def _dome_distance(table, x, d, source):
     if source[0] < 0:
         return 4 * (table.bound.max() + np.abs(table.origin).max() + np.abs(x).max())
     inverse = table.inverse[:, :, source]
-    p, e = _spread(inverse, (x - table.origin[:, source])[:, None]), _spread(inverse, d)
+    p, e = transform(inverse, (x - table.origin[:, source])[:, None]), transform(inverse, d)
     a, b, c = dot(e, e), dot(p, e), dot(p, p) - 1
     return (-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a
 
 
 def _cap_samples(table, x, source, s, angle, weight):
     """Offsets (3, j, m) to samples of the visible cap of balls and area element times cosine times |d| there."""
-    ball = table.ball(x, source)
+    ball = table.balls(x, source)
     z = ball.sin + (1 - ball.sin) * s  # cosine from the axis towards the point, in the ball's own space
     radius = np.sqrt(np.maximum(1 - z * z, 0.0))
     normal = -z * ball.axis[:, None] + radius * (np.cos(angle) * ball.u[:, None] + np.sin(angle) * ball.v[:, None])
     linear = table.linear[:, :, source]
-    d = _spread(linear, ball.c[:, None] + normal)
+    d = transform(linear, ball.c[:, None] + normal)
     determinant = np.linalg.det(np.moveaxis(linear, -1, 0))
-    area = determinant * _spread(np.moveaxis(table.inverse[:, :, source], 0, 1), normal)
+    area = determinant * transform(np.moveaxis(table.inverse[:, :, source], 0, 1), normal)
     return d, np.maximum(-dot(area, d), 0.0) * weight * 2 * np.pi * (1 - ball.sin)

@@ -5,8 +5,7 @@ Bounding volumes and separating planes decide before any work per point; the res
 
 import numpy as np
 
-from .closed_forms import dot, polygon_unoccluded
-from .regions import transform
+from .closed_forms import dot, polygon_unoccluded, transform
 from .scene import Sphere
 from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, visible_factors
 

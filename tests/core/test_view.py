@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rooms import cube_planes, ellipsoid
 
-from pdm_core import Plane, Sphere
+from pdm_core import Plane, Sphere, regions, view
 from pdm_core.closed_forms import polygon_unoccluded, sphere_unoccluded
 from pdm_core.view import ShapeTable, visible_factors
 
@@ -162,4 +162,45 @@ def test_ball_on_the_floor_seen_along_an_axis_of_symmetry(direction):
     ball, distance = Sphere.at((0, 0, -2), 1.0), np.linspace(0, 2.5, 40)
     points = np.column_stack([distance[:, None] * direction / np.linalg.norm(direction), np.full(40, -3.0)])
     f = rows([*cube_planes(), ball], points, np.tile([0, 0, 1.0], (40, 1)))
+    assert np.abs(f.sum(axis=0) - 1).max() < 1e-11
+
+
+def test_a_factor_does_not_depend_on_what_is_found_with_it(monkeypatch):
+    shapes = cube_planes() + ELLIPSOIDS + STANDING + BALLS[4:] + [Plane((-1, 1, -2), (2, 0.1, 0), (0, 0.3, 1.5))]
+    for points, normals in (floor_points(60), free_points(shapes, 60)):
+        together = rows(shapes, points, normals)
+        monkeypatch.setattr(view, "GROUP", 4)
+        monkeypatch.setattr(view, "OVERLAPS", 5)
+        monkeypatch.setattr(regions, "LIST", 3)
+        assert np.abs(rows(shapes, points, normals) - together).max() < 1e-13
+        monkeypatch.undo()
+        alone = [rows(shapes, points[k : k + 1], normals[k : k + 1])[:, 0] for k in range(10)]
+        assert np.abs(np.transpose(alone) - together[:, :10]).max() < 1e-13
+
+
+def test_gaps_are_what_no_interval_covers():
+    rng = np.random.default_rng(3)
+    low, width = rng.uniform(0, 0.5, 200), rng.uniform(-0.2, 0.5, 200)  # some rows are empty
+    row = rng.integers(0, 200, 900)
+    row = row[row % 7 != 0]  # and some have no intervals
+    start = rng.uniform(-0.2, 1.0, len(row))
+    end = start + rng.choice([0.0, 0.05, 0.3], len(row))
+    end[::9] = 1.0  # long ones, and ends that coincide
+    found = regions._gaps(low, low + width, row, start, end)
+    place = rng.uniform(-0.2, 1, (200, 500))
+
+    def covered(number, a, b):
+        out = np.zeros(place.shape, bool)
+        np.logical_or.at(out, number, (place[number] > a[:, None]) & (place[number] < b[:, None]))
+        return out
+
+    left = covered(np.arange(200), low, low + width) & ~covered(row, start, end)
+    assert (covered(*found) == left).all()
+    assert (found[2] > found[1]).all() and 0.05 < left.mean() < 0.5
+
+
+def test_a_ball_behind_many_that_overlap():
+    # a row of balls of which each hides a part of the next: outlines with many hidden arcs
+    row = [Sphere.at((-2.4 + 0.45 * k, 0.3 * (-1) ** k, -2.2 + 0.3 * k), 0.2) for k in range(11)]
+    f = rows(cube_planes() + row, *floor_points(300))
     assert np.abs(f.sum(axis=0) - 1).max() < 1e-11
