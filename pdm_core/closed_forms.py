@@ -75,10 +75,10 @@ def _polygon_chunk(x, n, corners):
     if not cut.any():
         return np.abs(_edge_sum(n, p, q)) / (2 * np.pi)
     total = np.zeros(x.shape[1])
-    whole = ~cut
-    total[whole] = _edge_sum(n[:, whole], p[:, :, whole], q[:, :, whole])
-    cut &= (height > 0).any(axis=0)  # the rest lies below the horizon: 0
-    n, p, q, height = n[:, cut], p[:, :, cut], q[:, :, cut], height[:, cut]
+    whole = np.flatnonzero(~cut)
+    total[whole] = _edge_sum(n.take(whole, axis=1), p.take(whole, axis=2), q.take(whole, axis=2))
+    cut = np.flatnonzero(cut & (height > 0).any(axis=0))  # the rest lies below the horizon: 0
+    n, p, q, height = n.take(cut, axis=1), p.take(cut, axis=2), q.take(cut, axis=2), height.take(cut, axis=1)
     start, end, leave, enter = clip_edges(p, q, height, np.roll(height, -1, axis=0))
     # the horizon arc that closes the loop turns about n itself: its contribution is the signed angle
     arc = np.arctan2(dot(n, cross(leave, enter)), dot(leave, enter))

@@ -54,7 +54,7 @@ class _Cells:
     width: np.ndarray  # (n,) of the rectangle in the owner's widths
 
     def take(self, index):
-        return _Cells(self.receiver[index], self.owner[index], self.origin[:, index], self.width[index])
+        return _Cells(self.receiver[index], self.owner[index], self.origin.take(index, axis=1), self.width[index])
 
 
 @dataclass
@@ -124,12 +124,12 @@ class Gather:
         ends = np.searchsorted(receiver[order], np.append(starts, len(rows)))
         for start, low, high in zip(starts, ends[:-1], ends[1:]):
             pick, some = order[low:high], rows[start : start + BLOCK]
-            nodes, used = self.rank[node[pick]], np.zeros(len(self.rank), bool)
+            nodes, used = self.rank.take(node.take(pick, axis=0)), np.zeros(len(self.rank), bool)
             used[nodes] = True
             columns = np.flatnonzero(used)
-            place = (np.cumsum(used) - 1)[nodes]
+            place = (np.cumsum(used) - 1).take(nodes)
             place += (receiver[pick] - start)[:, None] * len(columns)
-            dense = np.bincount(place.ravel(), weight[pick].ravel(), minlength=len(some) * len(columns))
+            dense = np.bincount(place.ravel(), weight.take(pick, axis=0).ravel(), minlength=len(some) * len(columns))
             yield Block(some, self.by_surface[columns], dense.astype(np.float32).reshape(len(some), len(columns)))
 
     def _entries(self, x, n, own, detail, tol):
@@ -145,7 +145,7 @@ class Gather:
 
     def _from_planes(self, x, n, own, detail, tol, balls):
         r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.flat, indexing="ij"))
-        lifted, ahead = self.factors.facing(x[r], n[r], own[r], s)
+        lifted, ahead = self.factors.facing(x.take(r, axis=0), n.take(r, axis=0), own[r], s)
         height = np.einsum("ni,ni->n", lifted - self.factors.origin[s], self.factors.front[s])
         r, s, lifted, height = r[ahead], s[ahead], lifted[ahead], height[ahead]
         # receivers of the frontier are (point, source plane) pairs: a lifted point belongs to one plane only
@@ -153,8 +153,8 @@ class Gather:
         occluders = shafts.in_view(lifted, n[r], self.factors.corners[s], shafts.for_pairs(lifted, own[r], s))
         foot = np.ascontiguousarray(self.field.local(s, lifted)[:, :2].T)
         below = -height * np.einsum("ni,ni->n", n[r], self.factors.front[s])
-        slope = np.stack([dot(n[r].T, edge[:, s]) for edge in self.frame[1:]])
-        shadows = Shadows(shafts.table, lifted, [axis[:, s] for axis in self.frame], occluders)
+        slope = np.stack([dot(n[r].T, edge.take(s, axis=1)) for edge in self.frame[1:]])
+        shadows = Shadows(shafts.table, lifted, [axis.take(s, axis=1) for axis in self.frame], occluders)
         pairs = _Pairs(lifted, n[r], height, tol[r], own[r], s, occluders, shadows, foot, below, slope)
         links = []
         for start in range(0, len(r), PAIRS):
@@ -219,17 +219,17 @@ class Gather:
     def _on_chart(self, cells):
         """Lower corner (2, n) and width (n,) in chart coordinates."""
         size = 0.5 ** self.field.level[cells.owner]
-        return self.corner[:, cells.owner] + cells.origin * size, size * cells.width
+        return self.corner.take(cells.owner, axis=1) + cells.origin * size, size * cells.width
 
     def _along(self, cells, t):
         """Chart coordinates t (2, ..., n) of cells -> positions along their planes' edges."""
         shape = (2, *(1,) * (t.ndim - 2), -1)
-        begin, extent = (a[:, cells.owner].reshape(shape) for a in (self.begin, self.extent))
+        begin, extent = (a.take(cells.owner, axis=1).reshape(shape) for a in (self.begin, self.extent))
         return begin + extent * graded(t)
 
     def _reach2(self, source, half):
         """(n,) m^2: square of how far rectangles reach from their middles, half (2, n) along planes source (n,)."""
-        uu, uv, vv = self.metric[:, source]
+        uu, uv, vv = self.metric.take(source, axis=1)
         return uu * half[0] ** 2 + vv * half[1] ** 2 + 2 * np.abs(uv) * half[0] * half[1]
 
     def _sort_out(self, cells, pairs, detail):
@@ -237,9 +237,9 @@ class Gather:
         which of them are close (n,): near the point or across its horizon, where samples do not tell their factors."""
         k, (low, width) = cells.receiver, self._on_chart(cells)
         low, high = np.moveaxis(self._along(cells, np.stack([low, low + width], axis=1)), 1, 0)
-        middle, half = (low + high) / 2 - pairs.foot[:, k], (high - low) / 2
-        below, slope = pairs.below[k], pairs.slope[:, k]
-        (uu, uv, vv), height, tol = self.metric[:, pairs.source[k]], pairs.height[k], pairs.tolerance[k]
+        middle, half = (low + high) / 2 - pairs.foot.take(k, axis=1), (high - low) / 2
+        below, slope = pairs.below[k], pairs.slope.take(k, axis=1)
+        (uu, uv, vv), height, tol = self.metric.take(pairs.source[k], axis=1), pairs.height[k], pairs.tolerance[k]
         above, reach = below + (slope * middle).sum(axis=0), (np.abs(slope) * half).sum(axis=0)
         distance2 = uu * middle[0] ** 2 + vv * middle[1] ** 2 + 2 * uv * middle[0] * middle[1] + height**2
         half2 = self._reach2(pairs.source[k], half)
@@ -256,7 +256,8 @@ class Gather:
         fine = (error <= tol) | (leaf & (cells.width <= 0.5**VIRTUAL))
         close = (g2 > CLOSE**2) | (above < reach)
         done = np.flatnonzero(seen & fine)
-        return cells.take(np.flatnonzero(seen & ~fine)), cells.take(done), (low[:, done], high[:, done]), close[done]
+        ends = low.take(done, axis=1), high.take(done, axis=1)
+        return cells.take(np.flatnonzero(seen & ~fine)), cells.take(done), ends, close[done]
 
     def _divide(self, cells):
         f = self.field
@@ -275,8 +276,8 @@ class Gather:
         k, (low, width) = cells.receiver, self._on_chart(cells)
         t = low[:, None] + width * _GAUSS
         place, slope = self._along(cells, t), graded_slope(t) * _WEIGHTS
-        kernel = self._kernel(pairs, k, place - pairs.foot[:, None, k]) * (slope[0][:, None] * slope[1])
-        size = pairs.height[k] * self.area[pairs.source[k]] * self.extent[:, cells.owner].prod(axis=0)
+        kernel = self._kernel(pairs, k, place - pairs.foot.take(k, axis=1)[:, None]) * (slope[0][:, None] * slope[1])
+        size = pairs.height[k] * self.area[pairs.source[k]] * self.extent.take(cells.owner, axis=1).prod(axis=0)
         factor = kernel.sum(axis=(0, 1)) * size * width**2 / np.pi
         self._settle(k, ends, np.flatnonzero(close), pairs, kernel, slope, factor)
         hidden, near = pairs.shadows.over(k, *ends, place)
@@ -285,34 +286,35 @@ class Gather:
         unsure &= (self.field.child[cells.owner] >= 0) | (cells.width > 0.5**VIRTUAL)
         keep = np.flatnonzero(~unsure)
         self.links += len(keep)
-        kernel = np.where(hidden, 0.0, kernel)[:, :, keep] * (factor / kernel.sum(axis=(0, 1)))[keep]
-        a, b = np.moveaxis(basis(cells.origin[:, None, keep] + cells.width[keep] * _GAUSS), -1, 1)
+        scale = factor / kernel.sum(axis=(0, 1))
+        kernel = np.where(hidden, 0.0, kernel * scale).take(keep, axis=2)
+        a, b = np.moveaxis(basis(cells.origin.take(keep, axis=1)[:, None] + cells.width[keep] * _GAUSS), -1, 1)
         weights = np.einsum("ign,jhn,ghn->ijn", a, b, kernel, optimize=["einsum_path", (0, 2), (0, 1)])
         weights = weights.reshape(9, -1).T
-        done = k[keep], self.field.nodes[cells.owner[keep]], weights, near[keep]
+        done = k[keep], self.field.nodes.take(cells.owner[keep], axis=0), weights, near[keep]
         return done, cells.take(np.flatnonzero(unsure))
 
     def _kernel(self, pairs, k, offset):
         """cos / d^4 (3, 3, n) at points of pairs k (n,), of samples at offsets (2, 3, n) from the foot; the other
         cosine is height / d for all."""
-        (a, b), slope, (uu, uv, vv) = offset, pairs.slope[:, k], self.metric[:, pairs.source[k]]
+        (a, b), slope, (uu, uv, vv) = offset, pairs.slope.take(k, axis=1), self.metric.take(pairs.source[k], axis=1)
         above = (pairs.below[k] + slope[0] * a)[:, None] + slope[1] * b
         distance2 = (uu * a * a + pairs.height[k] ** 2)[:, None] + vv * b * b + (2 * uv * a)[:, None] * b
         return np.maximum(above, 0.0) / (distance2 * distance2)
 
     def _settle(self, k, ends, some, pairs, kernel, slope, factor):
         """Exact factors of some of the cells of pairs k (n,); where samples see nothing, the kernel is their area's."""
-        k, (low, high) = k[some], (end[:, some] for end in ends)
+        k, (low, high) = k[some], (end.take(some, axis=1) for end in ends)
         around = (low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])
         corners = [self._world(pairs.source[k], a, b) for a, b in around]
         factor[some] = polygon_unoccluded(pairs.points[k], pairs.normals[k], np.transpose(corners, (2, 0, 1)))
-        unseen = some[kernel[:, :, some].sum(axis=(0, 1)) == 0]
+        unseen = some[kernel.take(some, axis=2).sum(axis=(0, 1)) == 0]
         kernel[:, :, unseen] = slope[0][:, None, unseen] * slope[1][:, unseen]
 
     def _world(self, source, a, b):
         """Points (3, ..., n) at a, b (..., n) along the edges of planes source (n,)."""
         one = (3, *(1,) * (a.ndim - 1), -1)
-        o, u, v = (frame[:, source].reshape(one) for frame in self.frame)
+        o, u, v = (frame.take(source, axis=1).reshape(one) for frame in self.frame)
         return o + a * u + b * v
 
     # -- spheres -------------------------------------------------------------------------------------------------
@@ -322,7 +324,7 @@ class Gather:
         r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.balls, indexing="ij"))
         factor = np.empty(len(r))
         for k in _parts(np.arange(len(r)), LINKS):
-            factor[k] = self.factors.pairs(x[r[k]], n[r[k]], own[r[k]], s[k])
+            factor[k] = self.factors.pairs(x.take(r[k], axis=0), n.take(r[k], axis=0), own[r[k]], s[k])
             yield None
         lit = factor > 0
         r, s, factor = r[lit], s[lit], factor[lit]
@@ -330,13 +332,14 @@ class Gather:
         size = np.clip(np.ceil(np.log(np.maximum(error, 1e-3)) / np.log(4)), 0, len(_SIZES) - 1).astype(int)
         for k, (rings, turns) in enumerate(_SIZES):
             for part in _parts(np.flatnonzero(size == k), 65536 // (rings * turns)):
-                yield self._sample_cone(x[r[part]], n[r[part]], s[part], factor[part], r[part], rings, turns)
+                i = r[part]
+                yield self._sample_cone(x.take(i, axis=0), n.take(i, axis=0), s[part], factor[part], i, rings, turns)
         return np.bincount(r, factor, minlength=len(x))
 
     def _sample_cone(self, x, n, s, factor, r, rings, turns):
         """Directions spread over the outline of ball s, in the space where it is round: (entries of one size)."""
         f = self.field
-        local = np.einsum("nij,nj->ni", f.inverse[s], x - f.origin[s])
+        local = np.einsum("nij,nj->ni", f.inverse.take(s, axis=0), x - f.origin.take(s, axis=0))
         distance = np.maximum(np.linalg.norm(local, axis=1), 1.0)
         axis, e1, e2 = _frame(-local)
         u, wu = gauss_legendre(rings)
@@ -361,7 +364,7 @@ class Gather:
     def _spread(self, s, hit, weight, r):
         cell, share = self.field.locate(s, hit)
         weight = weight.reshape(len(r), -1, 1) * share.reshape(len(r), -1, 9)
-        return r, self.field.nodes[cell].reshape(len(r), -1), weight.reshape(len(r), -1)
+        return r, self.field.nodes.take(cell, axis=0).reshape(len(r), -1), weight.reshape(len(r), -1)
 
     def _from_rooms(self, x, n, own, detail, tol):
         """Inner sides of spheres: directions over the hemisphere, those that something hides weighted out."""

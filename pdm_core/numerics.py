@@ -55,7 +55,7 @@ class Rows:
         """value (n columns, c) -> (n rows, c)"""
         out, value = np.zeros((self.count, value.shape[1])), value.astype(np.float32)
         for block in self.blocks:
-            out[block.rows] = block.values @ value[block.columns]
+            out[block.rows] = block.values @ value.take(block.columns, axis=0)
         return out
 
     def times_by_part(self, value, part, count):

@@ -177,7 +177,7 @@ class _State:
     def spread(self, indirect):
         """Values (n nodes, c) of the field at the nodes of `sent`."""
         cell, weight = self.placed
-        return np.einsum("nk,nkc->nc", weight, indirect[self.field.nodes[cell]])
+        return np.einsum("nk,nkc->nc", weight, indirect.take(self.field.nodes.take(cell, axis=0), axis=0))
 
     def gain(self):
         """How much the rooms amplify an error spread evenly: 1 / (1 - share of the light that is indirect)."""

@@ -174,7 +174,10 @@ class Shafts:
             pair, slot = np.nonzero(occluders[part] >= 0)
             shape = occluders[part][pair, slot]
             keep = over_edges(self.table, x, around, pair, shape) > -1 - TOUCHING
-            keep &= dot(n[:, pair], self.table.origin[:, shape] - x[:, pair]) > -self.radius[shape]
+            keep &= (
+                dot(n.take(pair, axis=1), self.table.origin.take(shape, axis=1) - x.take(pair, axis=1))
+                > -self.radius[shape]
+            )
             lists.append(padded(len(x[0]), pair[keep], shape[keep]))
         return _stacked(lists)
 
@@ -206,10 +209,11 @@ class Shadows:
             some = np.flatnonzero(table.is_ball[shape] == is_ball)
             if len(some):
                 number = np.bincount(pair[some], minlength=len(points))
-                inverse, at = table.inverse[:, :, shape[some]], pair[some]
-                x = np.ascontiguousarray(points.T)[:, at]
-                local = [transform(inverse, x - table.origin[:, shape[some]]), transform(inverse, frame[0][:, at] - x)]
-                local += [transform(inverse, edge[:, at]) for edge in frame[1:]]
+                inverse, at = table.inverse.take(shape[some], axis=2), pair[some]
+                x = np.ascontiguousarray(points.T).take(at, axis=1)
+                local = [transform(inverse, x - table.origin.take(shape[some], axis=1))]
+                local += [transform(inverse, frame[0].take(at, axis=1) - x)]
+                local += [transform(inverse, edge.take(at, axis=1)) for edge in frame[1:]]
                 self.kinds.append((number, np.cumsum(number) - number, kind(*local)))
 
     def over(self, pair, low, high, place):
@@ -222,10 +226,10 @@ class Shadows:
             count = number[pair]
             cell = np.repeat(np.arange(n), count)
             entry = np.arange(len(cell)) + np.repeat(first[pair] - np.cumsum(count) + count, count)
-            keep = np.flatnonzero(shadows.near(entry, middle[:, cell], half[:, cell]))
+            keep = np.flatnonzero(shadows.near(entry, middle.take(cell, axis=1), half.take(cell, axis=1)))
             cell, entry = cell[keep], entry[keep]
             near[cell] = True
-            shadow = shadows.hides(entry, place[0][:, cell], place[1][:, cell]).reshape(j * j, -1)
+            shadow = shadows.hides(entry, *place.take(cell, axis=2)).reshape(j * j, -1)
             sample, which = np.nonzero(shadow)
             hidden[sample * n + cell[which]] = True
         return hidden.reshape(j, j, n), near
@@ -350,7 +354,7 @@ class Factors:
         flat, lifted = flat[keep], lifted[keep]
         out[flat] = self.visible(lifted, normals[flat], surface[flat], source[flat], self.corners[source[flat]])
         ball = np.flatnonzero(self.is_sphere[source] & ~self.is_inside[source] & (surface != source))
-        out[ball] = self.visible(points[ball], normals[ball], surface[ball], source[ball])
+        out[ball] = self.visible(points.take(ball, axis=0), normals.take(ball, axis=0), surface[ball], source[ball])
         room = np.flatnonzero(self.is_inside[source])
         room = room[(surface[room] == source[room]) | self.inside(points[room], source[room])]
         for s in np.unique(source[room]):
@@ -394,7 +398,7 @@ class Factors:
         value = np.empty(len(r))
         for start in range(0, len(r), PAIRS):
             k = slice(start, start + PAIRS)
-            value[k] = self.pairs(points[r[k]], normals[r[k]], surface[r[k]], s[k])
+            value[k] = self.pairs(points.take(r[k], axis=0), normals.take(r[k], axis=0), surface[r[k]], s[k])
         ends = np.cumsum([len(part) * len(wanted) for part, wanted in zip(parts, sources)])
         for rows, part, some in zip(out, parts, np.split(value, ends[:-1])):
             rows[:, :-1] = some.reshape(rows[:, :-1].shape)
