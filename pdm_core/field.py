@@ -180,10 +180,10 @@ class Field:
         return low + (high - low) * graded(place - chart)
 
     def _world(self, surface, local):
-        return self.origin[surface] + np.einsum("nij,nj->ni", self.linear[surface], local)
+        return self.origin.take(surface, axis=0) + np.einsum("nij,nj->ni", self.linear.take(surface, axis=0), local)
 
     def _normal(self, surface, local):
-        normal = np.einsum("nji,nj->ni", self.inverse[surface], local)
+        normal = np.einsum("nji,nj->ni", self.inverse.take(surface, axis=0), local)
         flat = ~self.is_sphere[surface]
         normal[flat] = self.linear[surface[flat], :, 2]
         return unit(normal) * self.sign[surface][:, None]
@@ -271,7 +271,7 @@ class Field:
 
         A root has no parent: its bilinear interpolant takes the place, weakened, being one order less.
         """
-        at, parent = values[index[self.nodes[cells]]], self.parent[cells]
+        at, parent = values.take(index.take(self.nodes.take(cells, axis=0)), axis=0), self.parent[cells]
         root, below = np.flatnonzero(parent < 0), np.flatnonzero(parent >= 0)
         out = np.empty(at.shape)
         out[root] = ROOT * (at[root] - np.einsum("ij,njc->nic", _BILINEAR, at[root][:, [0, 2, 6, 8]]))
@@ -319,7 +319,7 @@ class Field:
 
     def local(self, surface, points):
         """points (n, 3) m on surfaces (n,) -> their local coordinates (n, 3)"""
-        return np.einsum("nij,nj->ni", self.inverse[surface], points - self.origin[surface])
+        return np.einsum("nij,nj->ni", self.inverse.take(surface, axis=0), points - self.origin.take(surface, axis=0))
 
     # -- reading off ---------------------------------------------------------------------------------------------
 
@@ -356,9 +356,10 @@ class Field:
         """Local coordinates (n, 3) on surfaces (n,) -> leaves (n,) and the weights (n, 9) of their nodes."""
         cell, uv = self.chart(surface, local)
         while (split := np.flatnonzero(self.child[cell] >= 0)).size:
-            upper = uv[split] >= 0.5
-            uv[split] = 2 * uv[split] - upper
-            cell[split] = self.child[cell[split]] + 2 * upper[:, 0] + upper[:, 1]
+            inner = uv.take(split, axis=0)
+            upper = inner >= 0.5
+            uv[split] = 2 * inner - upper
+            cell[split] = self.child.take(cell[split]) + 2 * upper[:, 0] + upper[:, 1]
         return cell, basis2(uv)
 
 

@@ -158,10 +158,10 @@ class Shafts:
         count = np.bincount(group)
         centre = np.stack([np.bincount(group, points[:, k]) / count for k in range(3)], axis=1)
         radius = np.zeros(len(count))
-        np.maximum.at(radius, group, np.linalg.norm(points - centre[group], axis=1))
+        np.maximum.at(radius, group, np.linalg.norm(points - centre.take(group, axis=0), axis=1))
         pair, back = np.unique(group * len(self.shape) + b, return_inverse=True)
         group, b = pair // len(self.shape), pair % len(self.shape)
-        return self.candidates(a[first[group]], b, [centre[group], radius[group]])[back.reshape(-1)]
+        return self.candidates(a[first[group]], b, [centre[group], radius[group]]).take(back.reshape(-1), axis=0)
 
     def in_view(self, points, normals, corners, occluders):
         """Of candidates (n, k) those that points (n, 3) with normals (n, 3) may see before polygons (n, 4, 3)."""
@@ -334,13 +334,14 @@ class Factors:
 
     def facing(self, points, normals, surface, source):
         """Pairs (m,): points, lifted off planes that their spheres touch, and whether they are before the source."""
-        height = np.einsum("ni,ni->n", points - self.origin[source], self.front[source])
-        toward = np.einsum("ni,ni->n", normals, self.front[source]) < -1e-3
+        front = self.front.take(source, axis=0)
+        height = np.einsum("ni,ni->n", points - self.origin.take(source, axis=0), front)
+        toward = np.einsum("ni,ni->n", normals, front) < -1e-3
         toward &= (surface >= 0) & self.is_sphere[surface]  # of planes, none can tell contact from back to back
         touching = toward & (np.abs(height) < self.lift)
         if touching.any():
             points = points.copy()
-            points[touching] += (self.lift - height[touching])[:, None] * self.front[source[touching]]
+            points[touching] += (self.lift - height[touching])[:, None] * front[touching]
             height[touching] = self.lift
         return points, height > self.lift * 1e-3
 
@@ -348,11 +349,12 @@ class Factors:
         """points, normals (m, 3) on surfaces (m,) (-1: free), source surfaces (m,) -> form factors (m,)"""
         out = np.zeros(len(points))
         flat = np.flatnonzero(~self.is_sphere[source])
-        lifted, ahead = self.facing(points[flat], normals[flat], surface[flat], source[flat])
-        above = np.einsum("nki,ni->nk", self.corners[source[flat]] - lifted[:, None], normals[flat]).max(axis=1) > 0
-        keep = ahead & above
-        flat, lifted = flat[keep], lifted[keep]
-        out[flat] = self.visible(lifted, normals[flat], surface[flat], source[flat], self.corners[source[flat]])
+        n, corners = normals.take(flat, axis=0), self.corners.take(source[flat], axis=0)
+        lifted, ahead = self.facing(points.take(flat, axis=0), n, surface[flat], source[flat])
+        above = np.einsum("nki,ni->nk", corners - lifted[:, None], n).max(axis=1) > 0
+        keep = np.flatnonzero(ahead & above)
+        flat, lifted, n, corners = flat[keep], *(a.take(keep, axis=0) for a in (lifted, n, corners))
+        out[flat] = self.visible(lifted, n, surface[flat], source[flat], corners)
         ball = np.flatnonzero(self.is_sphere[source] & ~self.is_inside[source] & (surface != source))
         out[ball] = self.visible(points.take(ball, axis=0), normals.take(ball, axis=0), surface[ball], source[ball])
         room = np.flatnonzero(self.is_inside[source])
@@ -363,7 +365,7 @@ class Factors:
         return out
 
     def inside(self, points, source):
-        local = np.einsum("nij,nj->ni", self.inverse[source], points - self.origin[source])
+        local = np.einsum("nij,nj->ni", self.inverse.take(source, axis=0), points - self.origin.take(source, axis=0))
         return np.einsum("ni,ni->n", local, local) < 1 + 1e-9
 
     def visible(self, points, normals, surface, source, corners=None, sky=False, occluders=None):
