@@ -17,7 +17,7 @@ CLOSED = 1e-6  # difference from 1 of what walls fill that counts as none: Blend
 SILENT = 3  # surfaces that send nothing whose factors it pays to find, to be spared one of a plane
 PAIRS = 1 << 16
 VIEWS = 1 << 18  # (point, shape) entries compared with a polygon's edges at once
-ENTRIES = 1 << 21  # (pair, shape) entries tested at once
+ENTRIES = 1 << 16  # (pair, shape) entries tested at once
 
 
 class Shafts:
@@ -38,7 +38,8 @@ class Shafts:
         wall = (self.low >= -self.eps).all(axis=1) | (self.high <= self.eps).all(axis=1)
         self.wall = self.is_plane & wall
         self.obstacle = ~self.wall
-        outward = ~self._not_behind(np.arange(len(self.shape))).any(axis=1)
+        self.not_behind = self._not_behind()
+        outward = ~self.not_behind.any(axis=1)
         self.in_sight = np.flatnonzero(~outward)  # surfaces that may be seen at all
         self.walls = self._walls()
 
@@ -91,14 +92,14 @@ class Shafts:
         around: centres (p, 3) and radii (p,) m of spheres that hold the part of a in question, if not all of it.
         """
         sb = self.shape[b]
-        keep = self._not_behind(b)
+        keep = self.not_behind.take(b, axis=0)
         keep[np.arange(len(b)), sb] = False
         if around is not None:
             keep &= self._near_axis(*around, sb)
         known = np.flatnonzero(a >= 0)
         if len(known):
             sa, sb = self.shape[a[known]], sb[known]
-            part = keep[known] & self._not_behind(a[known]) & self.obstacle
+            part = keep[known] & self.not_behind.take(a[known], axis=0) & self.obstacle
             part[np.arange(len(known)), sa] = False
             # a plane hides something only if it has part of the pair on either side
             low = np.minimum(self.low[:, sa], self.low[:, sb]).T
@@ -110,28 +111,31 @@ class Shafts:
     def may_see(self, a):
         """Surface a (an index) -> (n surfaces,) False where neither sees the other: one is behind the other's plane."""
         everyone = np.arange(len(self.shape))
-        ahead = self._not_behind(np.array([a]))[0, self.shape] & self._not_behind(everyone)[:, self.shape[a]]
+        ahead = self.not_behind[a, self.shape] & self.not_behind[:, self.shape[a]]
         other = self.shape != self.shape[a]
         return ahead & (other | ((everyone == a) & self.inside[a]))
 
-    def _not_behind(self, surface):
-        """False where the shape lies wholly behind the surface, a plane."""
-        shape, sign = self.shape[surface], self.sign[surface][:, None]
-        ahead = np.maximum(sign * self.low[shape], sign * self.high[shape]) > self.eps
-        return ahead | ~self.is_plane[shape][:, None]
+    def _not_behind(self):
+        """(surfaces, shapes) False where the shape lies wholly behind the surface, a plane."""
+        sign = self.sign[:, None]
+        ahead = np.maximum(sign * self.low[self.shape], sign * self.high[self.shape]) > self.eps
+        return ahead | ~self.is_plane[self.shape][:, None]
 
     def _near_axis(self, centre, radius, sb):
         """False where the shape's bounding sphere misses the hull of spheres (p, 3), (p,) and those around sb (p,)."""
         axis, wider = self.centre[sb] - centre, (self.radius[sb] - radius)[:, None]
         length = np.maximum(np.sqrt(np.einsum("pi,pi->p", axis, axis)), 1e-300)[:, None]
-        offset = self.centre[None] - centre[:, None]
-        along = np.einsum("pki,pi->pk", offset, axis) / length
-        across = np.sqrt(np.maximum(np.einsum("pki,pki->pk", offset, offset) - along**2, 0.0))
+        # as products of matrices; what they lose to rounding is below a hundredth of eps
+        shapes, centre, axis = self.centre - self.centre.mean(axis=0), centre - self.centre.mean(axis=0), axis / length
+        along = axis @ shapes.T - np.einsum("pi,pi->p", axis, centre)[:, None]
+        distance2 = np.einsum("pi,pi->p", centre, centre)[:, None] + np.einsum("ki,ki->k", shapes, shapes)
+        distance2 -= 2 * centre @ shapes.T
+        across = np.sqrt(np.maximum(distance2 - along**2, 0.0))
         # where |offset - t axis| - (radius + t wider) is least: past the foot by the slope of the hull
         slope = np.clip(wider / length, -STEEPEST, STEEPEST)
         past = slope * across / np.sqrt(1 - slope**2)
         t = np.clip((along + past) / length, 0.0, 1.0)
-        return np.hypot(across, along - t * length) - radius[:, None] - t * wider < self.radius + self.eps
+        return across**2 + (along - t * length) ** 2 < (self.radius + (self.eps + radius)[:, None] + t * wider) ** 2
 
     def candidates(self, a, b, around=None):
         """Surfaces a, b (p,), around as in may_hide -> candidate occluders (p, width), shape indices padded with -1."""
