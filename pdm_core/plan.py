@@ -7,7 +7,7 @@ import numpy as np
 from .field import first_nodes
 from .visibility import Shafts
 
-MEMORY = 1.25e9  # bytes for the light between the nodes; all of a run stays below 2 GB
+MEMORY = 1.4e9  # bytes for the light between the nodes; all of a run stays below 2 GB
 PROPORTIONAL = 1e-12  # relative difference of channels that counts as none
 
 

@@ -56,8 +56,7 @@ class Solution:
         self.error, self.error_parts = state.error, dict(state.error_parts)
         self.norm = state.norm  # ||L - Le||, radiance times metres
         self.nodes = len(state.sent.keys)
-        self.seconds, self.history = state.elapsed(), list(state.history)
-        self.warnings = list(state.warnings)
+        self.seconds, self.history, self.warnings = state.elapsed(), list(state.history), []
 
     def radiance(self, surface_index, points):
         """points (n, 3) m, projected onto the surface -> outgoing radiance (n, 3)"""
@@ -96,7 +95,7 @@ class _State:
 
     def __init__(self, scene):
         self.scene, self.started = scene, time.perf_counter()
-        self.counts, self.warnings = Counter(), []
+        self.counts = Counter()
         self.factors = Factors(scene, Shafts(scene), self.counts)
         self.plan = plan(scene, self.factors.shafts)
         nodes, most = self.plan.counts["nodes"], int(np.sqrt(MEMORY / 4))
@@ -117,6 +116,7 @@ class _State:
         self.fractions = np.zeros((0, len(self.lights) + 1))
         self.indirect = np.zeros((len(self.field.keys), 3))
         self.rows, self.density, self.full = Rows(), 1.0, False  # the part of all nodes that blocks of rows use
+        self.cramped = False  # less was refined than asked for, lest the memory get full
         self.link_target, self.sharpness = None, 1.0
         self.measured = False
         self.optimism = 1.0  # error measured by residuals, of the error the surpluses promise
@@ -386,7 +386,7 @@ class _State:
             return False
         room = self.room()
         if room < len(cells):
-            self.warnings.append(FULL)
+            self.cramped = True
             cells = cells[max(len(cells) - room, 0) :]  # the worst come last
         if room > 0:
             self.split(cells)
@@ -466,7 +466,6 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
                 if best and _late(state, time_limit):
                     return _finish(best, state, target_error)
             if state.full:
-                state.warnings.append(FULL)
                 return _finish(best, state, target_error)
             if state.checked:
                 best = _better(best, state)
@@ -530,11 +529,13 @@ def _better(best, state):
 
 def _finish(solution, state, target_error):
     solution.seconds, solution.history = state.elapsed(), list(state.history)
-    solution.warnings = list(dict.fromkeys(state.warnings))
+    solution.warnings = []
     if solution.error > target_error:
+        memory = state.cramped or state.full
+        solution.warnings += [FULL] if memory else []
         solution.warnings.append(
             f"The estimated error is {100 * solution.error:.2g} %, above the target of {100 * target_error:.2g} %; "
-            "raise the time limit or the target error"
+            f"raise the {'' if memory else 'time limit or the '}target error"
         )
     return solution
 
@@ -568,7 +569,6 @@ def _relit(old, scene):
         raise SceneError("relight: a surface that was black or a background that was dark now sends light; solve again")
     state = copy.copy(old)
     state.scene, state.started, state.counts, state.history = scene, time.perf_counter(), Counter(), []
-    state.warnings = []
     state.light = np.concatenate([scene.emission[old.lights], scene.background[None]])
     state.added = scene.emission.copy()
     state.added[old.lights] = 0.0
