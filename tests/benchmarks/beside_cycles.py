@@ -177,7 +177,7 @@ def main(output="build/bench/cycles.json", *vertices):
     rows = []
     for name, scene, front in scenes():
         tight = solve(scene, TIGHT)
-        for count in [int(v) for v in vertices] or [500, 2000, 8000]:
+        for count in [int(v) for v in vertices] or [500, 2000, 8000, 32000]:
             made = build(scene, front, count)
             settings()
             exact = [tight.incident(k, points) for k, _, points in made]
