@@ -5,7 +5,7 @@ Bounding volumes and separating planes decide before any work per point; the res
 
 import numpy as np
 
-from .closed_forms import dot, polygon_unoccluded, transform
+from .closed_forms import cross, dot, polygon_unoccluded, transform
 from .scene import Sphere
 from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, visible_factors
 
@@ -126,7 +126,8 @@ class Shafts:
         axis, wider = self.centre[sb] - centre, (self.radius[sb] - radius)[:, None]
         length = np.maximum(np.sqrt(np.einsum("pi,pi->p", axis, axis)), 1e-300)[:, None]
         # as products of matrices; what they lose to rounding is below a hundredth of eps
-        shapes, centre, axis = self.centre - self.centre.mean(axis=0), centre - self.centre.mean(axis=0), axis / length
+        middle, axis = self.centre.mean(axis=0), axis / length
+        shapes, centre = self.centre - middle, centre - middle
         along = axis @ shapes.T - np.einsum("pi,pi->p", axis, centre)[:, None]
         distance2 = np.einsum("pi,pi->p", centre, centre)[:, None] + np.einsum("ki,ki->k", shapes, shapes)
         distance2 -= 2 * centre @ shapes.T
@@ -178,10 +179,8 @@ class Shafts:
             pair, slot = np.nonzero(occluders[part] >= 0)
             shape = occluders[part][pair, slot]
             keep = over_edges(self.table, x, around, pair, shape) > -1 - TOUCHING
-            keep &= (
-                dot(n.take(pair, axis=1), self.table.origin.take(shape, axis=1) - x.take(pair, axis=1))
-                > -self.radius[shape]
-            )
+            offset = self.table.origin.take(shape, axis=1) - x.take(pair, axis=1)
+            keep &= dot(n.take(pair, axis=1), offset) > -self.radius[shape]
             lists.append(padded(len(x[0]), pair[keep], shape[keep]))
         return _stacked(lists)
 
@@ -273,7 +272,7 @@ class _BallShadows:
         # of a ball that reaches through the plane: its nearest point of the ray, or the end of it, is before the plane
         self.before = length2 + np.stack([c, ca, cb, zero, zero, zero])
         self.end = length2 + np.stack([2 * c + power, 2 * ca, 2 * cb, zero, zero, zero])
-        normal = np.cross(u, v, axis=0)
+        normal = cross(u, v)
         self.through = np.abs(dot(normal, p + o)) < (1 - TOUCHING) * np.sqrt(dot(normal, normal))
 
     def near(self, entry, middle, half):

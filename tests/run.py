@@ -72,7 +72,7 @@ def demo():
 
 
 def bench():
-    """Every benchmark, on one thread so that CPU seconds compare; half an hour or more. Output in docs/benchmarks."""
+    """Every benchmark, on one thread so that CPU seconds compare; some 20 minutes. Output in docs/benchmarks."""
     python = venv("bench", "3.13", ["numpy", "matplotlib"])
     blender = venv("blender-5.2", *BLENDER["blender-5.2"])
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}

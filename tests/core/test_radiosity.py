@@ -159,6 +159,7 @@ def test_memory_is_bounded_and_said(monkeypatch):
     assert coarse._state.rows.bytes <= 4 * 400**2 and coarse.error > 1e-4 and np.isfinite(coarse.error)
     full, missed = coarse.warnings
     assert "memory" in full and "above the target" in missed and "time limit" not in missed
+    coarse._state.cramped = True
     assert radiosity._finish(coarse, coarse._state, 2 * coarse.error).warnings == []  # what was asked for is there
 
 
