@@ -149,13 +149,13 @@ def sky_source(n):
 def _gaps(low, high, row, start, end):
     """What intervals [start, end] (k,) of rows (k,) leave of each row's [low, high] (r,): lists row, start, end.
 
-    With starts and ends sorted apart, the gap after the i-th end is from there to the next start, if that is later:
-    as many intervals have then begun as have ended.
+    What is before low and after high counts as hidden too. With starts and ends sorted apart, the gap after the i-th
+    end is from there to the next start, if that is later: as many intervals have then begun as have ended.
     """
     rows = np.concatenate([np.arange(len(low)), row])
     # sorted as complex numbers: by rows, then within a row; stable, because there are long runs
-    ends = np.sort(rows + 1j * np.concatenate([low, np.maximum(end, low[row])]), kind="stable")
-    starts = np.sort(rows + 1j * np.concatenate([high, np.minimum(start, high[row])]), kind="stable")
+    ends = np.sort(rows + 1j * np.concatenate([low, end]), kind="stable")
+    starts = np.sort(rows + 1j * np.concatenate([high, start]), kind="stable")
     left = np.nonzero(starts.imag > ends.imag)[0]
     return ends.real[left].astype(int), ends.imag[left], starts.imag[left]
 
