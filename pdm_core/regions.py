@@ -6,7 +6,7 @@ of the O has as boundary the pieces of S's boundary outside all O, and the piece
 and outside all other O; the form factor is the contour integral n . sum of integral r x dr / (2 pi) over them.
 What one region hides of another's edge or outline is a set of intervals, whose ends are roots of linear, quadratic or
 quartic equations: nothing is sampled. Coinciding boundaries (boxes, screens standing on floors) are told apart by
-nudging the edge in question to its inner or outer side by COINCIDENT.
+nudging the edge in question to its inner or outer side, by what the rounding of the coordinates can move it.
 
 Arrays are component first and flat, (3, edges, regions); everything is relative to the point. Which region meets which
 is a list of index pairs, an interval a triple (row, start, end): all of a batch are found at once.
@@ -19,14 +19,13 @@ import numpy as np
 from .closed_forms import across, clip_edges, cross, divide, dot
 from .numerics import gauss_legendre
 
-COINCIDENT = 1e-12  # sine of the angle below which two arcs count as one; the error made is of this size
 GRAZING = 1e-12  # relative depth of a sliver that is none
 ROUNDING = 1e-15
 ASIDE = 0.4323  # where a piece of an outline is tested against an elliptic cone
 INNER, OUTER, BOTH = range(3)
 TURN = 2 * np.pi
 LEAVE_ENTER = np.array([1.0, -1.0])  # which way an outline crosses a plane
-EDGE_ON = 1e-14  # of the cube of its reach: a polygon of less volume with the point is seen edge-on
+STEEPEST = 1e-3  # tilt of a plane, as a sine, that rounding is taken to cause at most: of edges seen end-on
 CONIC_POINTS, CONIC_PARTS = 16, 4  # Gauss rule for arcs of elliptic cones, per part of a piece
 LIST = 2048  # pairs of regions compared at once
 
@@ -64,12 +63,14 @@ class Region:
     are any, balls (m).
 
     p, q (3, e, m): the straight edges, counter-clockwise; on (e,): which of the planes each edge is in.
+    tilt (k, m): sine of the angle by which the rounding of an edge's ends may turn its plane.
     """
 
     p: np.ndarray
     q: np.ndarray
     planes: np.ndarray
     on: np.ndarray
+    tilt: np.ndarray
     balls: Balls | None = None
 
     def edges(self, index):
@@ -83,7 +84,7 @@ class Occluders:
     and which overlap in the view of one source: index pairs ((k,), (k,)).
 
     first: of the pairs of polygons, whether the other comes before the one: of two coinciding edges on the same side
-    the first one's counts, on opposite sides neither.
+    the first one's counts, on opposite sides neither. tolerance m: of the corners, by which edges coincide.
     """
 
     polygons: Region
@@ -94,34 +95,46 @@ class Occluders:
     polygon_ball: tuple
     ball_ball: tuple
     first: np.ndarray
+    tolerance: float
 
 
-def covers_directions(corners, height):
-    """(m,) Whether polygons (3, k, m) have a part of height (k, m) > 0 and are not seen edge-on."""
-    facing = dot(corners[:, 0], cross(corners[:, 1], corners[:, 2]))
-    reach = np.sqrt(dot(corners, corners).max(axis=0))
-    return (height > 0).any(axis=0) & (np.abs(facing) > EDGE_ON * reach**3)
+def covers_directions(corners, height, tolerance):
+    """(m,) Whether polygons (3, k, m) have a part of height (k, m) > 0 and are not seen edge-on: then the point is no
+    further than tolerance m from their planes."""
+    area = cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
+    return (height > 0).any(axis=0) & (np.abs(dot(corners[:, 0], area)) > tolerance * np.sqrt(dot(area, area)))
 
 
-def polygon_region(corners, height, closing=None):
+def polygon_region(corners, height, tolerance, closing=None):
     """Region of polygons that cover directions, corners (3, k, m) relative to the point, clipped to height (k, m) >= 0.
 
-    closing (3, m): inward normal of the plane it is clipped by, if that contains the point (the horizon).
+    tolerance m: of the corners. closing (3, m): inward normal of the plane it is clipped by, if that contains the
+    point (the horizon).
     """
     count = corners.shape[1]
     following = np.r_[1:count, 0]
     p, q = corners, corners[:, following]
     planes = cross(p, q)
     clockwise = dot(p[:, 0], planes[:, 1]) < 0
-    planes = _unit(np.where(clockwise, -1.0, 1.0) * planes)
+    length = np.sqrt(dot(planes, planes))
+    tilt, planes = _tilt(p, q, length, tolerance), divide(np.where(clockwise, -1.0, 1.0) * planes, length)
     if (height < 0).any():
         p, q, leave, enter = clip_edges(p, q, height, height[following])
+        bent = np.zeros(leave.shape[1])
         if closing is None:
-            closing = _unit(np.where(clockwise, -1.0, 1.0) * cross(leave, enter))
-        planes = np.concatenate([planes, closing[:, None]], axis=1)
+            closing = np.where(clockwise, -1.0, 1.0) * cross(leave, enter)
+            length = np.sqrt(dot(closing, closing))
+            bent, closing = _tilt(leave, enter, length, tolerance), divide(closing, length)
+        planes, tilt = np.concatenate([planes, closing[:, None]], axis=1), np.concatenate([tilt, bent[None]])
         p, q = np.concatenate([p, leave[:, None]], axis=1), np.concatenate([q, enter[:, None]], axis=1)
     p, q = np.where(clockwise, q, p), np.where(clockwise, p, q)
-    return Region(p, q, planes, np.arange(planes.shape[1]))
+    return Region(p, q, planes, np.arange(planes.shape[1]), tilt)
+
+
+def _tilt(p, q, length, tolerance):
+    """What moving the ends of edges p, q (3, ..., m) by tolerance may turn their planes; length (..., m): |p x q|."""
+    reach = np.sqrt(dot(p, p)) + np.sqrt(dot(q, q))
+    return np.minimum(tolerance * divide(reach, length), STEEPEST)
 
 
 def ball_source(balls, n):
@@ -135,7 +148,7 @@ def ball_source(balls, n):
     a, b = _unit(leave), _unit(enter)
     middle = _unit(a + b + cross(n, a - b)) * np.sqrt(dot(leave, leave))
     p, q = np.stack([leave, middle], axis=1), np.stack([middle, enter], axis=1)
-    return Region(p, q, n[:, None], np.zeros(2, int), balls)
+    return Region(p, q, n[:, None], np.zeros(2, int), np.zeros((1, n.shape[1])), balls)
 
 
 def sky_source(n):
@@ -143,7 +156,7 @@ def sky_source(n):
     u = across(n)
     v = cross(n, u)
     p = np.stack([u * np.cos(f) + v * np.sin(f) for f in (0.0, TURN / 3, 2 * TURN / 3)], axis=1)
-    return Region(p, p[:, [1, 2, 0]], n[:, None], np.zeros(3, int))
+    return Region(p, p[:, [1, 2, 0]], n[:, None], np.zeros(3, int), np.zeros((1, n.shape[1])))
 
 
 def _gaps(low, high, row, start, end):
@@ -247,26 +260,32 @@ def _edges_in_cones(p, q, normal, conic, a):
     return start, np.where(in_q, 1.0, np.where(valid[1], t[1], -1.0))
 
 
-def _edges_in_planes(p, q, normals, planes, nudge, first=False):
+def _edges_in_planes(edges, planes, tilt, tolerance, nudge, first=False):
     """The part [start, end] (e, m) of edges p, q in planes of normals (3, e, m) inside all planes (3, k, m), for edges
     that may coincide with a region's boundary.
 
-    nudge says where the edge is tested: INNER or OUTER, just on that side of it; BOTH, on both sides.
+    tilt (k, m): of the planes, tolerance m: of the edges' ends. What rounding can do to either is what the edge is
+    nudged by before it is tested: INNER or OUTER, to that side of it; BOTH, to both sides.
     first (m,): where it is enough that one side is inside.
     """
+    p, q, normals = edges
     along = np.einsum("ikm,iem->kem", planes, normals)
     shift = {INNER: along, OUTER: -along, BOTH: -np.abs(along)}[nudge]
-    shift = COINCIDENT * np.where(first, np.abs(along), shift)
-    a, b = (np.einsum("ikm,iem->kem", planes, r) + shift * np.sqrt(dot(r, r)) for r in (p, q))
+    shift = np.where(first, np.abs(along), shift)
+    tilt = tilt[:, None]
+    a, b = (
+        np.einsum("ikm,iem->kem", planes, r) + shift * (tolerance + tilt * np.sqrt(dot(r, r))) for r in (p, q)
+    )
     t = divide(a, a - b)
     start = np.where((a < 0) & (b >= 0), t, 0.0).max(axis=0)
     end = np.where((a >= 0) & (b < 0), t, 1.0).min(axis=0)
     return start, np.where(((a < 0) & (b < 0)).any(axis=0), -1.0, end)
 
 
-def _edges_in_polygons(region, one, polygons, other, nudge, first=False):
+def _edges_in_polygons(region, one, polygons, other, tolerance, nudge, first=False):
     """What polygons other (k,) hide of the edges of regions one (k,): intervals of rows (edge * m + region)."""
-    start, end = _edges_in_planes(*region.edges(one), polygons.planes.take(other, axis=2), nudge, first)
+    planes, tilt = polygons.planes.take(other, axis=2), polygons.tilt.take(other, axis=1)
+    start, end = _edges_in_planes(region.edges(one), planes, tilt, tolerance, nudge, first)
     edge, pair = np.nonzero(end > start)
     return edge * region.p.shape[2] + one[pair], start[edge, pair], end[edge, pair]
 
@@ -365,9 +384,10 @@ def visible_integral(n, source, occluders):
     every, polygon, ball = np.arange(m), np.arange(len(o.polygon_of)), np.arange(len(o.ball_of))
     # what is hidden of each boundary: of sources by occluders, of occluders by each other and what is not the source
     edges, outside = _planes_and_balls(source, o.ball_of, o.balls, ball)
-    source_edges = [edges, _edges_in_polygons(source, o.polygon_of, o.polygons, polygon, INNER)]
+    source_edges = [edges, _edges_in_polygons(source, o.polygon_of, o.polygons, polygon, o.tolerance, INNER)]
     outlines, source_outlines, polygon_edges = [outside], [], []
-    low, high = _edges_in_planes(*o.polygons.edges(polygon), source.planes.take(o.polygon_of, axis=2), BOTH)
+    planes, tilt = source.planes.take(o.polygon_of, axis=2), source.tilt.take(o.polygon_of, axis=1)
+    low, high = _edges_in_planes(o.polygons.edges(polygon), planes, tilt, o.tolerance, BOTH)
     if source.balls is not None:
         source_outlines.append(_planes_and_balls(source, every, source.balls, every)[1])
         row, *arc = _arcs_in_cones(source.balls, o.ball_of, o.balls, ball)
@@ -386,7 +406,7 @@ def visible_integral(n, source, occluders):
         row, *arc = _arcs_in_cones(o.balls, i, o.balls, j)
         outlines.append((i[row], *arc))
     for i, j, first in _parts(*o.polygon_polygon, o.first):
-        polygon_edges.append(_edges_in_polygons(o.polygons, i, o.polygons, j, OUTER, first))
+        polygon_edges.append(_edges_in_polygons(o.polygons, i, o.polygons, j, o.tolerance, OUTER, first))
     whole = np.zeros(source.p.shape[1:]), np.ones(source.p.shape[1:])
     total = _along_edges(n, source, *whole, _joined(source_edges))
     if source.balls is not None:

@@ -10,6 +10,8 @@ import numpy as np
 
 MAX_REFLECTANCE = 0.999999  # at 1 an enclosed light has no steady state
 FLATTEST = 1e-9  # a shape thinner than this part of its extent has no usable area or inside
+ROUNDINGS = 4  # of a coordinate: two shapes' own, through a matrix each
+ARITHMETIC = 16 * 2**-53  # relative to the extent: what our own sums and products of coordinates lose
 
 
 class SceneError(ValueError):
@@ -25,6 +27,14 @@ def _vector(value, shape, what):
         raise SceneError(f"{what} must have shape {shape}, not {array.shape}")
     array.flags.writeable = False
     return array
+
+
+def tolerance_of(shapes, rounding=2**-53):
+    """m; coordinates of the shapes that differ by no more are taken as the same: their rounding, relative, can do so."""
+    centres, radii = (np.array(part) for part in zip(*(s.bounds for s in shapes)))
+    reach = float((np.abs(centres).max(axis=1) + radii).max())
+    extent = np.linalg.norm((centres + radii[:, None]).max(axis=0) - (centres - radii[:, None]).min(axis=0))
+    return ROUNDINGS * rounding * reach + ARITHMETIC * float(extent)
 
 
 def unit(vectors):
@@ -298,6 +308,11 @@ class Scene:
     def emission(self):
         """(n surfaces, 3) radiance"""
         return np.array([s.emission for s in self.surfaces])
+
+    @cached_property
+    def tolerance(self):
+        """m; coordinates that differ by no more are the same."""
+        return tolerance_of(self.shapes)
 
     @cached_property
     def size(self):

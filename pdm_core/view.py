@@ -11,12 +11,11 @@ import numpy as np
 from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded, transform
 from .numerics import gauss_legendre
 from .regions import Balls, Occluders, ball_source, covers_directions, polygon_region, sky_source, visible_integral
-from .scene import Sphere
+from .scene import Sphere, tolerance_of
 
 # Depth, relative to the shapes' size, up to which shapes that cross count as touching and planes as flush: Blender's
 # single-precision vertices are off by a tenth of it. What it costs is of the same size, and only in such places.
 TOUCHING = 1e-6
-IN_PLANE = 1e-9  # height over a polygon, relative to its size, at which it is seen edge-on: a point by a wall is not
 BATCH = 32768  # pairs whose candidates are sifted at once
 GROUP = 4096  # (pair, occluder) entries in one contour integral, about: their arrays stay in a second-level cache
 OVERLAPS = 1 << 18  # pairs of occluders compared at once
@@ -27,8 +26,10 @@ SAMPLES = 24  # Gauss points a direction of the sampled fallback
 class ShapeTable:
     """The scene's shapes as arrays, component first, for gathering per pair."""
 
-    def __init__(self, shapes):
+    def __init__(self, shapes, tolerance=None):
+        """tolerance m: of the shapes' coordinates, that of double precision unless told."""
         count = len(shapes)
+        self.tolerance = tolerance_of(shapes) if tolerance is None else tolerance
         self.is_ball = np.array([isinstance(s, Sphere) for s in shapes])
         self.origin = np.array([s.bounds[0] for s in shapes]).T.copy()
         self.bound = np.array([s.bounds[1] for s in shapes])  # radius of a sphere about the origin
@@ -218,12 +219,13 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
 
 def _sift_polygons(table, x, n, source, corners, pair, occluder, sky):
     """As _sift_balls; a polygon is never all around the point."""
-    x, bound = x.take(pair, axis=1), table.bound[occluder]
+    x = x.take(pair, axis=1)
     polygon = table.polygon(x, occluder)
     normal, offset = _planes_of(polygon)
     # what has the point and the whole source on one side of its plane cannot come between them
-    keep = (offset > IN_PLANE * bound) & (dot(n.take(pair, axis=1)[:, None], polygon) > 0).any(axis=0)
-    cross, slack = np.zeros(len(pair), bool), TOUCHING * bound
+    slack = table.tolerance
+    keep = (offset > slack) & (dot(n.take(pair, axis=1)[:, None], polygon) > slack).any(axis=0)
+    cross = np.zeros(len(pair), bool)
     if corners is not None:
         corners = corners.take(pair, axis=2)
         keep &= (dot(normal[:, None], corners) + offset).min(axis=0) < -slack
@@ -310,7 +312,7 @@ def _source(table, x, n, source, corners, sky):
         return sky_source(n)
     if corners is None:
         return ball_source(table.balls(x, source), n)
-    return polygon_region(corners, dot(n[:, None], corners), closing=n)
+    return polygon_region(corners, dot(n[:, None], corners), table.tolerance, closing=n)
 
 
 def _occluders(table, x, corners, pair, occluder):
@@ -321,7 +323,7 @@ def _occluders(table, x, corners, pair, occluder):
     height = np.ones(outlines.shape[1:])
     if corners is not None:  # only what is before the source hides any of it
         height = _height_over(corners.take(pair[polygon], axis=2), outlines)
-    covers = covers_directions(outlines, height)
+    covers = covers_directions(outlines, height, table.tolerance)
     if not covers.all():
         keep = is_ball.copy()
         keep[polygon] = covers
@@ -338,7 +340,7 @@ def _occluders(table, x, corners, pair, occluder):
     )
     shape = occluder[polygon]
     return Occluders(
-        polygon_region(outlines, height),
+        polygon_region(outlines, height, table.tolerance),
         pair[polygon],
         table.balls(x.take(pair[ball], axis=1), occluder[ball]),
         pair[ball],
@@ -346,6 +348,7 @@ def _occluders(table, x, corners, pair, occluder):
         polygon_ball,
         ball_ball,
         first=shape[polygon_polygon[1]] < shape[polygon_polygon[0]],
+        tolerance=table.tolerance,
     )
 
 
@@ -422,7 +425,7 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
     out = np.zeros(m)
     out[whole] = _unoccluded(table, *pick(whole))
     if corners is not None:  # the rest get nothing
-        number[~covers_directions(corners, dot(n[:, None], corners))] = 0
+        number[~covers_directions(corners, dot(n[:, None], corners), table.tolerance)] = 0
         pair, occluder = pair[number[pair] > 0], occluder[number[pair] > 0]
     for group in _groups(number):
         e = slice(*np.searchsorted(pair, [group[0], group[-1] + 1]))

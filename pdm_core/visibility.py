@@ -9,7 +9,6 @@ from .closed_forms import cross, dot, polygon_unoccluded, transform
 from .scene import Sphere
 from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, visible_factors
 
-BESIDE = TOUCHING  # of the scene's size: what reaches no further over a plane counts as not crossing it
 STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
 LIFT = 1e-7  # of the scene's size: a point in a surface that it faces (contact) is taken this far off it
@@ -25,8 +24,8 @@ class Shafts:
 
     def __init__(self, scene):
         self.scene = scene
-        self.table = ShapeTable(scene.shapes)
-        self.eps = BESIDE * scene.size
+        self.table = ShapeTable(scene.shapes, scene.tolerance)
+        self.eps = scene.tolerance
         self.is_plane = ~self.table.is_ball
         self.centre, self.radius = self.table.origin.T, self.table.bound
         self.normal = np.array([s.normal if not isinstance(s, Sphere) else np.zeros(3) for s in scene.shapes])
