@@ -11,6 +11,7 @@ sides see little but each other, so a coarse field there agrees with itself. Cel
 
 import numpy as np
 
+from .contacts import contacts_of
 from .scene import Sphere, unit
 
 DEEPEST = 10  # levels of cells below a chart
@@ -26,7 +27,7 @@ FLAT = 0.2  # of the least size at contacts of spheres, which are points: gaps b
 GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
 NARROW = 1e-5, 0.1  # widths of a gap, of the other plane's radius, for which a chart ends at its rim: not at contacts
 ALIGNED, APART = 1e-5, 0.02  # of the edges: how far from straight along the chart, and how near each other, rims are
-NUDGE = 1e-7  # points on a plane's border are moved this part of its edges inwards, off the neighbour's plane
+NUDGE = 1e-7, 1e-2  # of its edges: how far points on a plane's border are moved inwards, off the neighbour's plane
 
 
 def graded(t):
@@ -133,6 +134,9 @@ class Field:
         self.linear = np.array([s.linear for s in shapes])
         self.inverse = np.array([s.inverse for s in shapes])
         self.sign = np.array([s.sign for s in self.scene.surfaces])
+        self.contacts = contacts_of(self.scene)
+        edges = np.maximum(np.linalg.norm(self.linear[:, :, :2], axis=1), 1e-300)
+        self.border = np.clip(self.contacts.apart / edges, *NUDGE)  # (n surfaces, 2), of planes
 
     # -- nodes ---------------------------------------------------------------------------------------------------
 
@@ -165,9 +169,9 @@ class Field:
         surface, place = self._unpack(new)
         local = unit(np.tan((2 * place - 1) * (np.pi / 4)))
         flat = ~self.is_sphere[surface]
-        local[flat, :2] = NUDGE + (1 - 2 * NUDGE) * self.along(surface[flat], place[flat, :2])
-        local[flat, 2] = 0.0
-        self.points = np.concatenate([self.points, self._world(surface, local)])
+        local[flat] = self._off_border(surface[flat], place[flat, :2])
+        points = self.contacts.clear(self._world(surface, local), surface)
+        self.points = np.concatenate([self.points, points])
         self.normals = np.concatenate([self.normals, self._normal(surface, local)])
         self.keys = np.concatenate([self.keys, new])
         self._order = np.argsort(self.keys)
@@ -178,6 +182,12 @@ class Field:
         chart = np.clip(place.astype(int), 0, self.across[surface] - 1)
         low, high = (self.cuts[surface[:, None], (0, 1), chart + k] for k in (0, 1))
         return low + (high - low) * graded(place - chart)
+
+    def _off_border(self, surface, place):
+        """Chart coordinates (n, 2) of planes (n,) -> local coordinates (n, 3), off the planes' borders."""
+        border = self.border[surface]
+        at = border + (1 - 2 * border) * self.along(surface, place)
+        return np.column_stack([at, 0 * at[:, 0]])
 
     def _world(self, surface, local):
         return self.origin.take(surface, axis=0) + np.einsum("nij,nj->ni", self.linear.take(surface, axis=0), local)
@@ -297,12 +307,13 @@ class Field:
         return full[old:]
 
     def inset(self, surface, points):
-        """Points (n, 3) on a surface moved off a plane's border by NUDGE of its edges."""
+        """Points (n, 3) on a surface moved off a plane's border and off what stands on it."""
         if self.is_sphere[surface]:
             return points
         local = self.scene.surfaces[surface].shape.local(points)
-        local[:, :2] = np.clip(local[:, :2], NUDGE, 1 - NUDGE)
-        return self.scene.surfaces[surface].shape.world(local)
+        local[:, :2] = np.clip(local[:, :2], self.border[surface], 1 - self.border[surface])
+        points = self.scene.surfaces[surface].shape.world(local)
+        return self.contacts.clear(points, np.full(len(points), surface))
 
     def place(self, cells, uv):
         """Points and normals (n, 3) of cells (n,) at uv (n, 2) in [0, 1]."""
@@ -314,8 +325,8 @@ class Field:
         local[rows, axis] = np.where(self.face[cells] >= 3, 1.0, -1.0)
         local = unit(local)
         flat = ~self.is_sphere[surface]
-        local[flat, :2], local[flat, 2] = NUDGE + (1 - 2 * NUDGE) * self.along(surface[flat], at[flat]), 0.0
-        return self._world(surface, local), self._normal(surface, local)
+        local[flat] = self._off_border(surface[flat], at[flat])
+        return self.contacts.clear(self._world(surface, local), surface), self._normal(surface, local)
 
     def local(self, surface, points):
         """points (n, 3) m on surfaces (n,) -> their local coordinates (n, 3)"""

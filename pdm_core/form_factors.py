@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .closed_forms import aligned_rectangles
+from .contacts import contacts_of, settle
 from .numerics import gauss_legendre, gauss_square
 from .scene import Plane, SceneError, Sphere, Surface
 from .view import ShapeTable, segment_blocked, visible_factors
@@ -33,7 +34,6 @@ FIRST = {True: (1, 1), False: (2, 4)}  # cells a surface starts with: planes, sp
 SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
 GAIN = 1.0  # how much better four children may be trusted to be than their difference from their parent
 ROUNDING = 1e-15
-BESIDE = 1e-12  # of the scene's size: a point no higher over a plane does not see it
 PAIRS = 1 << 18  # (point, target) pairs at once
 SEGMENTS_AT_ONCE = 1 << 18
 
@@ -64,6 +64,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     if (wanted < 0).any() or (wanted >= len(scene)).any():
         raise SceneError(f"form_factors: rows are {rows}; use indices of surfaces, 0 to {len(scene) - 1}")
     start = time.perf_counter()
+    scene = settle(scene)[0]
     shafts, counts = Shafts(scene), Counter()
     n = len(scene)
     factors, error = np.zeros((n, n)), np.zeros((n, n))
@@ -101,18 +102,17 @@ def _closed_pairs(scene, rows, columns, factors, error, counts):
 
 def _row(scene, shafts, row, targets, hidden, rtol, counts):
     """Adaptive outer integral over surface row -> factors and errors (targets,)."""
-    surface = scene.surfaces[row]
-    rows, columns = FIRST[isinstance(surface.shape, Plane)]
+    rows, columns = FIRST[isinstance(scene.surfaces[row].shape, Plane)]
     corner = np.stack(np.meshgrid(np.arange(rows) / rows, np.arange(columns) / columns, indexing="ij"), -1)
     corner = corner.reshape(-1, 2)
     size = np.array([1 / rows, 1 / columns])
-    value = _cells(scene, shafts, surface, corner, size, targets, hidden, counts)
+    value = _cells(scene, shafts, row, corner, size, targets, hidden, counts)
     total, wrong = np.zeros(len(targets)), np.zeros(len(targets))
     spent = len(corner)
     while True:
         size = size / 2
         child = (corner[:, None] + size * np.array([[0, 0], [0, 1], [1, 0], [1, 1]])).reshape(-1, 2)
-        finer = _cells(scene, shafts, surface, child, size, targets, hidden, counts)
+        finer = _cells(scene, shafts, row, child, size, targets, hidden, counts)
         spent += len(child)
         summed = finer.reshape(-1, 4, len(targets)).sum(axis=1)
         difference = np.abs(summed - value)
@@ -130,8 +130,9 @@ def _row(scene, shafts, row, targets, hidden, rtol, counts):
         corner, value = child[bad], finer[bad]
 
 
-def _cells(scene, shafts, surface, corner, size, targets, hidden, counts):
-    """Integrals over parameter cells (c, 2) of one size, over the surface's area -> (c, targets)."""
+def _cells(scene, shafts, row, corner, size, targets, hidden, counts):
+    """Integrals over parameter cells (c, 2) of one size, over the area of surface row -> (c, targets)."""
+    surface = scene.surfaces[row]
     nodes, weights = gauss_square(POINTS)
     out = np.empty((len(corner), len(targets)))
     step = max(1, PAIRS // (len(nodes) * len(targets)))
@@ -141,19 +142,21 @@ def _cells(scene, shafts, surface, corner, size, targets, hidden, counts):
         points, area = parametric(surface, st)
         weight = np.linalg.norm(area, axis=1)
         normals = area / weight[:, None]
-        value = _values(scene, shafts, points, normals, targets, hidden, counts)
+        value = _values(scene, shafts, row, points, normals, targets, hidden, counts)
         weight = weight.reshape(len(part), -1) * weights * size.prod()
         out[start : start + step] = np.einsum("cq,cqt->ct", weight, value.reshape(len(part), len(nodes), -1))
     return out / surface.shape.area
 
 
-def _values(scene, shafts, points, normals, targets, hidden, counts):
-    """Exact visible factors (m, t) from points (m, 3) with normals (m, 3) to targets (t,)."""
+def _values(scene, shafts, row, points, normals, targets, hidden, counts):
+    """Exact visible factors (m, t) from points (m, 3) with normals (m, 3) of surface row to targets (t,); row -1:
+    whatever lies against it."""
     value = np.empty((len(points), len(targets)))
     for kind in ("plane", "ball", "inside"):
         index = [k for k, t in enumerate(targets) if _kind(scene.surfaces[t]) == kind]
         if index:
             value[:, index] = _from_points(scene, shafts, points, normals, targets[index], hidden[index], kind, counts)
+    value[contacts_of(scene).covered(points, np.full(len(points), row))] = 0.0
     return value
 
 
@@ -252,9 +255,9 @@ def _broken_row(scene, shafts, row, targets, hidden, curves, rtol, counts):
         nodes, weights = _broken_rule(curves, order)
         points, area = parametric(surface, nodes)
         normals = area / np.linalg.norm(area, axis=1, keepdims=True)
-        value = _values(scene, shafts, points, normals, targets, hidden, counts)
+        value = _values(scene, shafts, row, points, normals, targets, hidden, counts)
         nothing = np.full((known.sum(), 0), -1)
-        value[:, known] -= _values(scene, shafts, points, normals, targets[known], nothing, Counter())
+        value[:, known] -= _values(scene, shafts, -1, points, normals, targets[known], nothing, Counter())
         total = free * known + weights @ value
         wrong = np.abs(total - previous)
         previous = total
@@ -276,7 +279,7 @@ def _from_points(scene, shafts, points, normals, targets, hidden, kind, counts):
         corners = np.array([scene.shapes[k].corners for k in shape])
         facing = np.array([scene.surfaces[k].sign * scene.shapes[s].normal for k, s in zip(targets, shape)])
         height = points @ facing.T - np.einsum("ti,ti->t", facing, corners[:, 0])
-        seen = height > BESIDE * scene.size
+        seen = height > scene.tolerance
         seen &= (np.einsum("mi,tki->mtk", normals, corners) - (normals * points).sum(1)[:, None, None] > 0).any(axis=2)
     else:
         # the outer side is seen from outside, the inner one from inside

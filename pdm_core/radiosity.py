@@ -10,6 +10,7 @@ from collections import Counter, deque, namedtuple
 
 import numpy as np
 
+from .contacts import contacts_of, settle, settled_again
 from .error_estimates import Look, Residual, leaf_errors, sample_points
 from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
@@ -52,7 +53,7 @@ class Solution:
     def __init__(self, state):
         self._state = state = copy.copy(state)  # arrays are replaced as the state grows on, never written into
         state.field, state.sent = copy.copy(state.field), copy.copy(state.sent)
-        self.scene, self.plan, self.counts = state.scene, state.plan, dict(state.counts)
+        self.scene, self.plan, self.counts = state.given, state.plan, dict(state.counts)
         self.error, self.error_parts = state.error, dict(state.error_parts)
         self.norm = state.norm  # ||L - Le||, radiance times metres
         self.nodes = len(state.sent.keys)
@@ -65,7 +66,7 @@ class Solution:
 
     def incident(self, surface_index, points):
         """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side"""
-        points = np.asarray(points, float).reshape(-1, 3)
+        points = np.asarray(points, float).reshape(-1, 3) - self._state.origin
         out = np.empty((len(points), 3))
         for start in range(0, len(points), EVALUATE):
             part = slice(start, start + EVALUATE)
@@ -75,7 +76,7 @@ class Solution:
     def irradiance(self, points, normals):
         """points (n, 3) m, unit normals (n, 3), anywhere in space -> irradiance / pi (n, 3)"""
         points, normals = np.asarray(points, float).reshape(-1, 3), np.asarray(normals, float).reshape(-1, 3)
-        free = np.full(len(points), -1)
+        points, free = points - self._state.origin, np.full(len(points), -1)
         indirect = self._state.gathered(points, normals, free, self._state.link_tolerance)
         return indirect + self._state.direct(points, normals, free)
 
@@ -94,7 +95,9 @@ class _State:
     """Everything a solution grows from."""
 
     def __init__(self, scene):
-        self.scene, self.started = scene, time.perf_counter()
+        self.given, self.started = scene, time.perf_counter()
+        scene, self.origin = settle(scene)
+        self.scene = scene
         self.counts = Counter()
         self.factors = Factors(scene, Shafts(scene), self.counts)
         self.plan = plan(scene, self.factors.shafts)
@@ -529,7 +532,7 @@ def _better(best, state):
 
 def _finish(solution, state, target_error):
     solution.seconds, solution.history = state.elapsed(), list(state.history)
-    solution.warnings = []
+    solution.warnings = list(contacts_of(state.scene).warnings)
     if solution.error > target_error:
         memory = state.cramped or state.full
         solution.warnings += [FULL] if memory else []
@@ -555,11 +558,12 @@ def _round(state, target, last):
 
 def _relit(old, scene):
     """Solution of old's shapes under other light, from its stored rows and factors."""
-    same = len(scene) == len(old.scene) and all(
-        a.shape is b.shape and a.side == b.side for a, b in zip(scene.surfaces, old.scene.surfaces)
+    same = len(scene) == len(old.given) and all(
+        a.shape is b.shape and a.side == b.side for a, b in zip(scene.surfaces, old.given.surfaces)
     )
     if not same:
         raise SceneError("relight needs the same shapes and sides in the same order; solve the new scene instead")
+    given, scene = scene, settled_again(old.scene, scene)
     lit = reached_by_light(scene, old.factors.shafts) & ~old.reached
     if lit.any():
         name = scene.surfaces[np.flatnonzero(lit)[0]].name
@@ -569,6 +573,7 @@ def _relit(old, scene):
         raise SceneError("relight: a surface that was black or a background that was dark now sends light; solve again")
     state = copy.copy(old)
     state.scene, state.started, state.counts, state.history = scene, time.perf_counter(), Counter(), []
+    state.given = given
     state.light = np.concatenate([scene.emission[old.lights], scene.background[None]])
     state.added = scene.emission.copy()
     state.added[old.lights] = 0.0

@@ -71,6 +71,13 @@ class Plane(_Shape):
         self.u = _vector(u, (3,), "Plane u")
         self.v = _vector(v, (3,), "Plane v")
 
+    @classmethod
+    def through(cls, corners):
+        """The parallelogram with corners (4, 3) m, counter-clockwise seen from its front."""
+        plane = cls(corners[0], corners[1] - corners[0], corners[3] - corners[0])
+        plane.__dict__["corners"] = corners  # not the sums of rounded edges
+        return plane
+
     def __repr__(self):
         return f"Plane({self.origin.tolist()}, {self.u.tolist()}, {self.v.tolist()})"
 
@@ -256,11 +263,13 @@ class Surface:
 class Scene:
     """Surfaces and a constant background radiance (3,) from outside.
 
-    Surfaces may share one shape object, which occludes once.
+    Surfaces may share one shape object, which occludes once. rounding: of the coordinates, relative (Blender's:
+    2**-24); what touches is decided by it.
     """
 
     surfaces: tuple
     background: np.ndarray = (0.0, 0.0, 0.0)
+    rounding: float = 2**-53
     shapes: tuple = field(init=False)  # each shape once, in order of appearance
     shape_of: np.ndarray = field(init=False)  # (n surfaces,) index into shapes
 
@@ -312,7 +321,7 @@ class Scene:
     @cached_property
     def tolerance(self):
         """m; coordinates that differ by no more are the same."""
-        return tolerance_of(self.shapes)
+        return tolerance_of(self.shapes, self.rounding)
 
     @cached_property
     def size(self):

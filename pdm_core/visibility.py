@@ -6,6 +6,7 @@ Bounding volumes and separating planes decide before any work per point; the res
 import numpy as np
 
 from .closed_forms import cross, dot, polygon_unoccluded, transform
+from .contacts import contacts_of
 from .scene import Sphere
 from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, visible_factors
 
@@ -323,7 +324,7 @@ class Factors:
 
     def __init__(self, scene, shafts, counts):
         self.scene, self.shafts, self.counts = scene, shafts, counts
-        self.lift = LIFT * scene.size
+        self.lift, self.contacts = LIFT * scene.size, contacts_of(scene)
         shapes = [s.shape for s in scene.surfaces]
         self.is_sphere = np.array([isinstance(s, Sphere) for s in shapes])
         self.is_inside = np.array([s.is_inside for s in scene.surfaces])
@@ -345,11 +346,15 @@ class Factors:
             points = points.copy()
             points[touching] += (self.lift - height[touching])[:, None] * front[touching]
             height[touching] = self.lift
-        return points, height > self.lift * 1e-3
+        return points, height > self.scene.tolerance
 
     def pairs(self, points, normals, surface, source):
         """points, normals (m, 3) on surfaces (m,) (-1: free), source surfaces (m,) -> form factors (m,)"""
         out = np.zeros(len(points))
+        if (dark := self.contacts.covered(points, surface)).any():
+            open_ = np.flatnonzero(~dark)
+            out[open_] = self.pairs(points[open_], normals[open_], surface[open_], source[open_])
+            return out
         flat = np.flatnonzero(~self.is_sphere[source])
         n, corners = normals.take(flat, axis=0), self.corners.take(source[flat], axis=0)
         lifted, ahead = self.facing(points.take(flat, axis=0), n, surface[flat], source[flat])
@@ -384,7 +389,8 @@ class Factors:
         own = np.where(surface >= 0, self.shafts.shape[surface], -1)
         occluders = np.tile(np.arange(len(self.scene.shapes)), (len(points), 1))
         occluders[occluders == own[:, None]] = -1  # a convex shape hides nothing from its own points
-        open_air = np.flatnonzero(~((surface >= 0) & self.is_inside[surface]))
+        dark = self.contacts.covered(points, surface)
+        open_air = np.flatnonzero(~dark & ~((surface >= 0) & self.is_inside[surface]))
         out = np.zeros(len(points))
         x, n, nowhere = points[open_air], normals[open_air], np.full(len(open_air), -1)
         out[open_air] = visible_factors(self.shafts.table, x, n, nowhere, None, occluders[open_air], True, self.counts)

@@ -1,0 +1,301 @@
+"""What touches what, decided once, by the rounding of the coordinates themselves.
+
+Planes in one plane have one meaning. Where they look the same way they lie in layers, the smaller on top (of equal ones
+the later). Where they look opposite ways they are in contact, the smaller before the larger, and dark to each other;
+unless both are walls of rooms, which then lie back to back. What is closer than the rounding counts as in contact.
+The layers are parted by a little more than the rounding, so that everything later finds them in order; what lies
+between two of them receives nothing.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .scene import Plane, Scene, Sphere
+
+PARTED = 4.0  # tolerances between layers: what tells them apart decides by one
+CLEAR = 2.0 * PARTED  # tolerances that points keep from what stands on their surface
+SAME_AREA = 1e-6  # relative: the later of two such planes lies on top
+FAR = 1.0  # sizes of the scene from the origin from which on it is moved there
+CANDIDATES = 1 << 20  # pairs of bounding boxes compared at once
+TWO_SIDES = np.array([1.0, -1.0])
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Of the shapes of a scene; entries sorted by the first of each pair.
+
+    covers: (surface, shape) index arrays (k,): the surface lies against that plane, and is dark where they overlap.
+    stands: (shape, other) index arrays (k,): of planes, not in one plane, that touch or cross.
+    parted (m): the distance of the top layer from its plane's place, 0 without layers. warnings: for the user.
+    """
+
+    scene: Scene
+    covers: tuple
+    stands: tuple
+    parted: float = 0.0
+    warnings: list = field(default_factory=list)
+
+    @property
+    def apart(self):
+        """m; what points keep from the borders of their planes, where others stand or layers have been parted."""
+        return self.parted + CLEAR * self.scene.tolerance
+
+    def covered(self, points, surface):
+        """Whether points (n, 3) m on surfaces (n,) (-1: free) lie between two planes in contact -> (n,) bool"""
+        out = np.zeros(len(points), bool)
+        point, shape = _entries(self.covers, surface)
+        if len(point):
+            inside = np.abs(self._local(points[point], shape)[0] - 0.5) < 0.5
+            out[point[inside.all(axis=1)]] = True
+        return out
+
+    def clear(self, points, surface):
+        """points (n, 3) m on planes, surfaces (n,): those that lie on another plane moved off it, to its front."""
+        own = np.where(surface >= 0, self.scene.shape_of[surface], -1)
+        point, shape = _entries(self.stands, own)
+        if not len(point):
+            return points
+        near = CLEAR * self.scene.tolerance
+        local, height, normal, edges = self._local(points[point], shape, measured=True)
+        on = np.abs(height) < near
+        on &= ((local > -near / edges) & (local < 1 + near / edges)).all(axis=1)
+        point, height, normal = point[on], height[on], normal[on]
+        own_normal = self._planes.normal[self._planes.number[own[point]]]
+        along = normal - np.einsum("ni,ni->n", normal, own_normal)[:, None] * own_normal
+        step = ((near - height) / np.einsum("ni,ni->n", along, along))[:, None] * along
+        points = points.copy()
+        np.add.at(points, point, step)
+        return points
+
+    def _local(self, points, shape, measured=False):
+        """Positions (n, 2) of points along the edges of planes, shapes (n,); and heights over their lit sides, the
+        normals of these and the edges' lengths (n, 2) m, if measured."""
+        planes, k = self._planes, self._planes.number[shape]
+        local = np.einsum("nij,nj->ni", planes.inverse[k], points - planes.corners[k, 0])
+        if not measured:
+            return (local[:, :2],)
+        normal = planes.lit[k][:, None] * planes.normal[k]
+        height = np.einsum("ni,ni->n", points - planes.corners[k, 0], normal)
+        return local[:, :2], height, normal, planes.edges[k]
+
+    @property
+    def _planes(self):
+        if "_flat" not in self.__dict__:
+            object.__setattr__(self, "_flat", _Planes(self.scene))
+        return self._flat
+
+
+class _Planes:
+    """The scene's planes as arrays; number (n shapes,): of each shape among them."""
+
+    def __init__(self, scene):
+        flat = np.array([not isinstance(s, Sphere) for s in scene.shapes])
+        self.index, self.number = np.flatnonzero(flat), np.cumsum(flat) - 1
+        planes = [scene.shapes[k] for k in self.index]
+        self.corners = np.array([p.corners for p in planes]).reshape(-1, 4, 3)
+        self.normal = np.array([p.normal for p in planes]).reshape(-1, 3)
+        self.inverse = np.array([p.inverse for p in planes]).reshape(-1, 3, 3)
+        self.area = np.array([p.area for p in planes])
+        self.edges = np.linalg.norm(self.corners[:, [1, 3]] - self.corners[:, [0]], axis=2)
+        front = np.zeros(len(flat), bool)
+        front[scene.shape_of[[s.side == "front" for s in scene.surfaces]]] = True
+        self.lit = np.where(front[self.index], 1.0, -1.0)  # which side counts as the front
+
+
+def contacts_of(scene):
+    """The Contacts of a scene; of one that was settled, those it was settled by."""
+    if "_contacts" not in scene.__dict__:
+        object.__setattr__(scene, "_contacts", _touching(scene)[0])
+    return scene._contacts
+
+
+def settle(scene):
+    """scene -> (Scene, origin (3,) m): near the origin, and with its layers parted; the same one if that is so already.
+
+    Points of the one are those of the other minus the origin; surfaces keep their order.
+    """
+    contacts, corners = _touching(scene)
+    low, high = _bounds(scene)
+    middle = (low + high) / 2
+    origin = middle if np.linalg.norm(middle) > FAR * np.linalg.norm(high - low) else np.zeros(3)
+    if not origin.any() and not contacts.parted:
+        object.__setattr__(scene, "_contacts", contacts)
+        return scene, origin
+    shapes = {}
+    for k, shape in enumerate(scene.shapes):
+        if isinstance(shape, Sphere):
+            matrix = shape.matrix.copy()
+            matrix[:3, 3] -= origin
+            shapes[id(shape)] = Sphere(matrix)
+        else:
+            shapes[id(shape)] = Plane.through(corners[contacts._planes.number[k]] - origin)
+    return _moved(scene, [shapes[id(s.shape)] for s in scene.surfaces], scene.tolerance, contacts), origin
+
+
+def settled_again(settled, scene):
+    """The scene, of the same surfaces as the one that was settled but under other light, with its shapes."""
+    shapes = [s.shape for s in settled.surfaces]
+    return _moved(scene, shapes, settled.tolerance, contacts_of(settled))
+
+
+def _moved(scene, shapes, tolerance, contacts):
+    surfaces = tuple(replace(s, shape=shape) for s, shape in zip(scene.surfaces, shapes))
+    moved = Scene(surfaces, scene.background, scene.rounding)
+    object.__setattr__(moved, "tolerance", tolerance)
+    object.__setattr__(moved, "_contacts", replace(contacts, scene=moved))
+    return moved
+
+
+def _touching(scene):
+    """Contacts of the scene, and the corners (planes, 4, 3) m of its planes with the layers parted."""
+    planes = _Planes(scene)
+    i, j = _near(planes.corners.min(axis=1), planes.corners.max(axis=1), scene.tolerance)
+    # the larger comes first, of equal ones the earlier
+    rank = np.empty(len(planes.area), int)
+    rank[np.lexsort((np.arange(len(rank)), -_rounded(planes.area)))] = np.arange(len(rank))
+    i, j = np.where(rank[i] < rank[j], i, j), np.where(rank[i] < rank[j], j, i)
+    height = np.einsum("kci,ki->kc", planes.corners[j] - planes.corners[i, :1], planes.normal[i])
+    flush = np.abs(height).max(axis=1, initial=0) <= scene.tolerance
+    over = flush & _overlap(planes, i, j, scene.tolerance)
+    side = _side(planes, i, j, over, scene.tolerance)
+    corners = planes.corners.copy()
+    parted = _part(corners, planes.normal, i[over], j[over], side, PARTED * scene.tolerance)
+    rest = np.flatnonzero(~flush & (height.min(axis=1, initial=0) <= scene.tolerance))
+    rest = rest[height[rest].max(axis=1, initial=0) >= -scene.tolerance]
+    stands = planes.index[np.concatenate([i[rest], j[rest]])], planes.index[np.concatenate([j[rest], i[rest]])]
+    covers = _covers(scene, planes, i[over], j[over], side)
+    warnings = _thin(scene, planes, i[over], j[over], height[over])
+    return Contacts(scene, _sorted(*covers), _sorted(*stands), parted, warnings), corners
+
+
+def _rounded(area):
+    """Areas (n,) with those that differ by their rounding alone made equal."""
+    order = np.argsort(area)
+    steps = np.diff(area[order], prepend=area[order][:1]) > SAME_AREA * area[order]
+    out = np.empty(len(area), int)
+    out[order] = np.cumsum(steps)
+    return out
+
+
+def _bounds(scene):
+    centres, radii = (np.array(part) for part in zip(*(s.bounds for s in scene.shapes)))
+    return (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
+
+
+def _near(low, high, tolerance):
+    """Index pairs (k,), (k,) of boxes low..high (n, 3) m that come within the tolerance of each other: a sweep along
+    the axis in which the boxes are smallest."""
+    if len(low) < 2:
+        return np.zeros(0, int), np.zeros(0, int)
+    axis = int(np.argmin((high - low).sum(axis=0) / np.maximum(np.ptp(low, axis=0), 1e-300)))
+    order = np.argsort(low[:, axis], kind="stable")
+    low, high = low[order], high[order] + tolerance
+    count = np.searchsorted(low[:, axis], high[:, axis], side="right") - np.arange(len(low)) - 1
+    ends, found = np.cumsum(count), [np.zeros((2, 0), int)]
+    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1], CANDIDATES)))
+    for first, last in zip(cuts, np.append(cuts[1:], len(low))):
+        some = count[first:last]
+        i = np.repeat(np.arange(first, last), some)
+        j = i + 1 + np.arange(len(i)) - np.repeat(np.cumsum(some) - some, some)
+        meet = ((low[j] <= high[i]) & (low[i] <= high[j])).all(axis=1)
+        found.append(np.stack([i[meet], j[meet]]))
+    i, j = order[np.concatenate(found, axis=1)]
+    return np.minimum(i, j), np.maximum(i, j)
+
+
+def _overlap(planes, i, j, tolerance):
+    """(k,) Whether planes i, j (k,), in one plane each pair, overlap by more than the tolerance: no edge parts them."""
+    deep = np.ones(len(i), bool)
+    for of in (i, j):
+        for edge in (1, 3):
+            axis = np.cross(planes.corners[of, edge] - planes.corners[of, 0], planes.normal[of])
+            axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+            a, b = (np.einsum("kci,ki->kc", planes.corners[k], axis) for k in (i, j))
+            depth = np.minimum(a.max(axis=1) - b.min(axis=1), b.max(axis=1) - a.min(axis=1))
+            deep &= depth > 2 * tolerance
+    return deep
+
+
+def _side(planes, i, j, over, tolerance):
+    """(k,) +1 or -1: on which side of planes i those of j lie that overlap them: the lit one, but behind it where both
+    are walls that look into rooms of their own."""
+    lit = planes.lit[:, None] * planes.normal
+    opposite = np.einsum("ki,ki->k", lit[i], lit[j]) < 0
+    inward = _inward(planes, lit, i, j, tolerance)
+    behind = (opposite & inward[i] & inward[j])[over]
+    return np.where(behind, -1.0, 1.0) * planes.lit[i[over]]
+
+
+def _inward(planes, lit, i, j, tolerance):
+    """(n,) Whether planes look towards those that share an edge with them, as a room's walls do, not as a solid's."""
+    a, b = planes.corners[i], planes.corners[j]
+    match = (np.abs(a[:, :, None] - b[:, None]) <= 2 * tolerance).all(axis=3)
+    shared = match.sum(axis=(1, 2)) == 2
+    one, other = np.concatenate([i[shared], j[shared]]), np.concatenate([j[shared], i[shared]])
+    middle = planes.corners.mean(axis=1)
+    ahead = np.einsum("ki,ki->k", middle[other] - middle[one], lit[one])
+    return np.bincount(one, ahead, minlength=len(lit)) > 0
+
+
+def _part(corners, normal, i, j, side, step):
+    """Lift planes j off planes i by `step` m to that side, in place, layer by layer -> the greatest height in m."""
+    level = np.zeros(len(corners), int)
+    for _ in range(len(corners)):
+        above = level.copy()
+        np.maximum.at(above, j, level[i] + 1)
+        if (above == level).all():
+            break
+        level = above
+    for layer in range(1, level.max(initial=0) + 1):
+        top = np.flatnonzero((level[j] == layer) & (level[i] == layer - 1))
+        upper, first = np.unique(j[top], return_index=True)
+        pair = top[first]
+        toward = side[pair][:, None] * normal[i[pair]]
+        height = np.einsum("kci,ki->kc", corners[upper] - corners[i[pair], :1], toward)
+        corners[upper] += (step - height)[..., None] * toward[:, None]
+    return step * float(level.max(initial=0))
+
+
+def _covers(scene, planes, i, j, side):
+    """(surface, shape) pairs (k,): surfaces that look at the plane which lies against them."""
+    toward = side[:, None] * planes.normal[i]
+    sides = np.full((len(scene.shapes), 2), -1)
+    front = np.array([s.side == "front" for s in scene.surfaces])
+    sides[scene.shape_of, np.where(front, 0, 1)] = np.arange(len(scene))
+    pairs = [np.zeros((2, 0), int)]
+    for one, other, direction in ((i, j, toward), (j, i, -toward)):
+        looks = np.einsum("ki,ki->k", planes.normal[one], direction)[:, None] * TWO_SIDES > 0
+        pair, which = np.nonzero(looks)
+        surface = sides[planes.index[one[pair]], which]
+        pairs.append(np.stack([surface, planes.index[other[pair]]])[:, surface >= 0])
+    return np.concatenate(pairs, axis=1)
+
+
+def _thin(scene, planes, i, j, height):
+    """Sentences for pairs whose gap, heights (k, 4) m, is none only because their coordinates are rounded."""
+    names = {}
+    for surface, shape in zip(scene.surfaces, scene.shape_of):
+        names.setdefault(int(shape), surface.name)
+    thin = np.flatnonzero(np.abs(height.mean(axis=1)) > scene.tolerance / 8) if len(height) else []
+    return [
+        f"{names[planes.index[i[k]]]!r} and {names[planes.index[j[k]]]!r} are closer than the rounding of their "
+        "coordinates: taken as in contact"
+        for k in thin
+    ]
+
+
+def _sorted(first, second):
+    order = np.argsort(first, kind="stable")
+    return first[order], second[order]
+
+
+def _entries(pairs, keys):
+    """Of sorted pairs ((k,), (k,)) and keys (n,): positions among the keys and seconds of the pairs that begin so."""
+    first, second = pairs
+    if not len(first):
+        return np.zeros(0, int), np.zeros(0, int)
+    low, high = (np.searchsorted(first, keys, side=side) for side in ("left", "right"))
+    count = high - low
+    place = np.repeat(np.arange(len(keys)), count)
+    return place, second[np.repeat(low - np.cumsum(count) + count, count) + np.arange(len(place))]
