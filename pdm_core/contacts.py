@@ -46,38 +46,45 @@ class Contacts:
         out = np.zeros(len(points), bool)
         point, shape = _entries(self.covers, surface)
         if len(point):
-            inside = np.abs(self._local(points[point], shape)[0] - 0.5) < 0.5
+            local, edges = self._local(points[point], shape), self._planes.edges[self._planes.number[shape]]
+            inside = np.abs(local - 0.5) < 0.5 - PARTED * self.scene.tolerance / edges
             out[point[inside.all(axis=1)]] = True
         return out
 
     def clear(self, points, surface):
-        """points (n, 3) m on planes, surfaces (n,): those that lie on another plane moved off it, to its front."""
-        own = np.where(surface >= 0, self.scene.shape_of[surface], -1)
+        """points (n, 3) m on planes, surfaces (n,): those that lie on another plane moved off it, to its front; those
+        covered moved before what covers them: nobody sees them, and light that goes on as if they were seen is smooth.
+        """
+        if (dark := self.covered(points, surface)).any():
+            points = points.copy()
+            points[dark] += self.apart * self._normals(surface[dark])
+        own = self.scene.shape_of[surface]
         point, shape = _entries(self.stands, own)
         if not len(point):
             return points
         near = CLEAR * self.scene.tolerance
-        local, height, normal, edges = self._local(points[point], shape, measured=True)
-        on = np.abs(height) < near
-        on &= ((local > -near / edges) & (local < 1 + near / edges)).all(axis=1)
+        planes, k = self._planes, self._planes.number[shape]
+        normal = planes.lit[k][:, None] * planes.normal[k]
+        height = np.einsum("ni,ni->n", points[point] - planes.corners[k, 0], normal)
+        beyond = np.abs(self._local(points[point], shape) - 0.5) - 0.5
+        on = (np.abs(height) < near) & (beyond < near / planes.edges[k]).all(axis=1)
         point, height, normal = point[on], height[on], normal[on]
-        own_normal = self._planes.normal[self._planes.number[own[point]]]
+        own_normal = self._normals(surface[point])
         along = normal - np.einsum("ni,ni->n", normal, own_normal)[:, None] * own_normal
         step = ((near - height) / np.einsum("ni,ni->n", along, along))[:, None] * along
         points = points.copy()
         np.add.at(points, point, step)
         return points
 
-    def _local(self, points, shape, measured=False):
-        """Positions (n, 2) of points along the edges of planes, shapes (n,); and heights over their lit sides, the
-        normals of these and the edges' lengths (n, 2) m, if measured."""
+    def _normals(self, surface):
+        """Unit normals (n, 3) of surfaces (n,) on planes."""
+        sign = np.array([s.sign for s in self.scene.surfaces])[surface]
+        return sign[:, None] * self._planes.normal[self._planes.number[self.scene.shape_of[surface]]]
+
+    def _local(self, points, shape):
+        """Positions (n, 2) of points (n, 3) m along the edges of planes, shapes (n,)."""
         planes, k = self._planes, self._planes.number[shape]
-        local = np.einsum("nij,nj->ni", planes.inverse[k], points - planes.corners[k, 0])
-        if not measured:
-            return (local[:, :2],)
-        normal = planes.lit[k][:, None] * planes.normal[k]
-        height = np.einsum("ni,ni->n", points - planes.corners[k, 0], normal)
-        return local[:, :2], height, normal, planes.edges[k]
+        return np.einsum("nij,nj->ni", planes.inverse[k, :2], points - planes.corners[k, 0])
 
     @property
     def _planes(self):

@@ -423,4 +423,5 @@ def _flat_gap(field, cells, points, size, plane):
     ends = (field.charts[own] > 1) | (field.scene.areas[own] <= plane.area)
     # within the gap surpluses can tell
     scale = np.maximum(GAPS * gap, np.where(ends, GRADED_EXTENT, EXTENT) * plane.bounds[1])
-    return np.where(np.abs(normal @ plane.normal) > FACING, scale, np.inf)
+    closed = across <= field.contacts.apart  # nothing lies between
+    return np.where((np.abs(normal @ plane.normal) > FACING) & ~closed, scale, np.inf)

@@ -152,6 +152,7 @@ class _State:
             lights = np.append(np.searchsorted(needed, self.lights), -1)
             out[part] = factor[:, lights] @ self.light
             out[part] += self.received[s].at(on[part], factor[:, np.searchsorted(needed, exact)])
+        out[contacts_of(self.scene).covered(x, surface)] = 0.0
         return out
 
     def _factors(self, x, normals, surface, parts, wanted):
@@ -346,6 +347,7 @@ class _State:
                 blocks.append(block)
             yield
         fractions = self.factors.matrix(points, normals, surface, self.lights, self.background)
+        weight = np.where(contacts_of(self.scene).covered(points, surface), 0.0, weight)
         self.looks.append(Look(surface, points, weight, Rows(blocks, len(points)), fractions))
 
     def judge(self):

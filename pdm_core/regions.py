@@ -25,6 +25,8 @@ ASIDE = 0.4323  # where a piece of an outline is tested against an elliptic cone
 INNER, OUTER, BOTH = range(3)
 TURN = 2 * np.pi
 LEAVE_ENTER = np.array([1.0, -1.0])  # which way an outline crosses a plane
+GRAZING_ANGLE = 1e-4  # sine of the angle above which no polygon is seen edge-on
+EDGE_ON = 16  # turns by rounding: a polygon no wider than so many in the view hides nothing
 STEEPEST = 1e-3  # tilt of a plane, as a sine, that rounding is taken to cause at most: of edges seen end-on
 CONIC_POINTS, CONIC_PARTS = 16, 4  # Gauss rule for arcs of elliptic cones, per part of a piece
 LIST = 2048  # pairs of regions compared at once
@@ -99,10 +101,28 @@ class Occluders:
 
 
 def covers_directions(corners, height, tolerance):
-    """(m,) Whether polygons (3, k, m) have a part of height (k, m) > 0 and are not seen edge-on: then the point is no
-    further than tolerance m from their planes."""
+    """(m,) Whether polygons (3, k, m) have a part of height (k, m) > 0 and are not seen edge-on: then they are no wider
+    than what the rounding of their corners, tolerance m, can turn their edges' planes by."""
     area = cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
-    return (height > 0).any(axis=0) & (np.abs(dot(corners[:, 0], area)) > tolerance * np.sqrt(dot(area, area)))
+    distance = np.abs(dot(corners[:, 0], area))  # from their planes, times their areas
+    size = np.sqrt(dot(area, area))
+    covers = (height > 0).any(axis=0) & (distance > tolerance * size)
+    narrow = np.nonzero(covers & (distance < GRAZING_ANGLE * size * np.sqrt(dot(corners, corners).max(axis=0))))[0]
+    covers[narrow] = _width(corners[:, :, narrow], tolerance) > EDGE_ON
+    return covers
+
+
+def _width(corners, tolerance):
+    """(m,) The least width of polygons (3, k, m) in the view, of what rounding can turn their edges' planes by."""
+    reach = np.sqrt(dot(corners, corners))
+    following = np.r_[1 : corners.shape[1], 0]
+    planes = cross(corners, corners[:, following])
+    length = np.sqrt(dot(planes, planes))
+    turn = _tilt(corners, corners[:, following], length, tolerance).max(axis=0) + tolerance / reach.min(axis=0)
+    directions = corners / reach
+    middle = _unit(directions + directions[:, following])  # an edge close by turns half around the point
+    height = np.einsum("ikm,icm->kcm", divide(planes, length), np.concatenate([directions, middle], axis=1))
+    return np.abs(height).max(axis=1).min(axis=0) / turn
 
 
 def polygon_region(corners, height, tolerance, closing=None):

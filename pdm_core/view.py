@@ -36,6 +36,7 @@ class ShapeTable:
         self.corners = np.zeros((3, 4, count))
         self.linear, self.inverse = np.zeros((3, 3, count)), np.zeros((3, 3, count))
         self.radius = np.zeros(count)  # of round balls; 0 for ellipsoids
+        self.slack = self.tolerance / np.sqrt([s.area for s in shapes])  # the tolerance in planes' local heights
         for k, shape in enumerate(shapes):
             if not self.is_ball[k]:
                 self.corners[:, :, k], self.inverse[:, :, k] = shape.corners.T, shape.inverse
@@ -447,11 +448,11 @@ def segment_blocked(table, x, d, shape):
         if len(index):
             inverse = table.inverse[:, :, shape[index]]
             origin = table.origin[:, shape[index]].reshape(3, *(1,) * (x.ndim - 2), -1)
-            blocked[..., index] = meets(transform(inverse, x[..., index] - origin), transform(inverse, d[..., index]))
+            blocked[..., index] = meets(transform(inverse, x[..., index] - origin), transform(inverse, d[..., index]), table.slack[shape[index]])
     return blocked
 
 
-def _meets_ball(p, d):
+def _meets_ball(p, d, slack):
     """Whether segments p + t d meet the unit ball."""
     a, b, c = dot(d, d), dot(p, d), dot(p, p) - 1
     reach = b * b - a * c
@@ -459,11 +460,12 @@ def _meets_ball(p, d):
     return (reach > 0) & (-b - root < (1 - TOUCHING) * a) & (root - b > TOUCHING * a)
 
 
-def _meets_square(p, d):
-    """Whether segments p + t d meet the unit square about the origin."""
+def _meets_square(p, d, slack):
+    """Whether segments p + t d meet the unit square about the origin, their ends off it by slack."""
     t = divide(-p[2], d[2])
     beside = np.maximum(np.abs(p[0] + t * d[0]), np.abs(p[1] + t * d[1]))
-    return (t > TOUCHING) & (t < 1 - TOUCHING) & (beside <= 0.5)
+    end = p[2] + d[2]
+    return (p[2] * end < 0) & (np.minimum(np.abs(p[2]), np.abs(end)) > slack) & (beside <= 0.5)
 
 
 def _sampled(table, x, n, source, corners, sky, occluders):

@@ -6,7 +6,6 @@ Bounding volumes and separating planes decide before any work per point; the res
 import numpy as np
 
 from .closed_forms import cross, dot, polygon_unoccluded, transform
-from .contacts import contacts_of
 from .scene import Sphere
 from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, visible_factors
 
@@ -217,7 +216,7 @@ class Shadows:
                 local = [transform(inverse, x - table.origin.take(shape[some], axis=1))]
                 local += [transform(inverse, frame[0].take(at, axis=1) - x)]
                 local += [transform(inverse, edge.take(at, axis=1)) for edge in frame[1:]]
-                self.kinds.append((number, np.cumsum(number) - number, kind(*local)))
+                self.kinds.append((number, np.cumsum(number) - number, kind(*local, table.slack[shape[some]])))
 
     def over(self, pair, low, high, place):
         """Of rectangles low..high (2, n) of pairs (n,): which of their samples at place (2, j, n) are hidden
@@ -259,7 +258,7 @@ def _highest(q, middle, half):
 class _BallShadows:
     """p (3, m) the point, d = o + a u + b v the step from it, where the ball is the unit ball."""
 
-    def __init__(self, p, o, u, v):
+    def __init__(self, p, o, u, v, slack):
         self.ahead = np.stack([dot(p, o), dot(p, u), dot(p, v)])  # p . d, negative towards the ball
         oo, ou, ov, uu, uv, vv = (dot(*k) for k in ((o, o), (o, u), (o, v), (u, u), (u, v), (v, v)))
         length2 = np.stack([oo, 2 * ou, 2 * ov, uu, 2 * uv, vv])
@@ -294,14 +293,14 @@ class _BallShadows:
 class _FlatShadows:
     """As for balls, where the parallelogram is the unit square about the origin."""
 
-    def __init__(self, p, o, u, v):
+    def __init__(self, p, o, u, v, slack):
         d = np.stack([o, u, v], axis=1)  # (3, 3 of 1, a and b, m)
         sign = np.where(p[2] < 0, -1.0, 1.0)
         height = np.abs(p[2])  # of the point over the parallelogram's plane, on its side
         fall = -sign * d[2]  # of the ray
-        beyond = (1 - TOUCHING) * fall
-        beyond[0] -= height
-        beyond[:, height < TOUCHING] = 0.0  # seen edge-on
+        beyond = fall.copy()
+        beyond[0] -= height + slack
+        beyond[:, height < slack] = 0.0  # seen edge-on
         # the ray crosses the plane at p + (height / fall) d
         sides = [0.5 * fall + k * (p[i] * fall + height * d[i]) for i in (0, 1) for k in (1, -1)]
         self.meets = np.stack([beyond, *sides])
@@ -324,7 +323,7 @@ class Factors:
 
     def __init__(self, scene, shafts, counts):
         self.scene, self.shafts, self.counts = scene, shafts, counts
-        self.lift, self.contacts = LIFT * scene.size, contacts_of(scene)
+        self.lift = LIFT * scene.size
         shapes = [s.shape for s in scene.surfaces]
         self.is_sphere = np.array([isinstance(s, Sphere) for s in shapes])
         self.is_inside = np.array([s.is_inside for s in scene.surfaces])
@@ -351,10 +350,6 @@ class Factors:
     def pairs(self, points, normals, surface, source):
         """points, normals (m, 3) on surfaces (m,) (-1: free), source surfaces (m,) -> form factors (m,)"""
         out = np.zeros(len(points))
-        if (dark := self.contacts.covered(points, surface)).any():
-            open_ = np.flatnonzero(~dark)
-            out[open_] = self.pairs(points[open_], normals[open_], surface[open_], source[open_])
-            return out
         flat = np.flatnonzero(~self.is_sphere[source])
         n, corners = normals.take(flat, axis=0), self.corners.take(source[flat], axis=0)
         lifted, ahead = self.facing(points.take(flat, axis=0), n, surface[flat], source[flat])
@@ -389,8 +384,7 @@ class Factors:
         own = np.where(surface >= 0, self.shafts.shape[surface], -1)
         occluders = np.tile(np.arange(len(self.scene.shapes)), (len(points), 1))
         occluders[occluders == own[:, None]] = -1  # a convex shape hides nothing from its own points
-        dark = self.contacts.covered(points, surface)
-        open_air = np.flatnonzero(~dark & ~((surface >= 0) & self.is_inside[surface]))
+        open_air = np.flatnonzero(~((surface >= 0) & self.is_inside[surface]))
         out = np.zeros(len(points))
         x, n, nowhere = points[open_air], normals[open_air], np.full(len(open_air), -1)
         out[open_air] = visible_factors(self.shafts.table, x, n, nowhere, None, occluders[open_air], True, self.counts)
