@@ -126,7 +126,7 @@ def settle(scene):
     low, high = _bounds(scene)
     middle = (low + high) / 2
     origin = middle if np.linalg.norm(middle) > FAR * np.linalg.norm(high - low) else np.zeros(3)
-    if not origin.any() and not contacts.parted:
+    if not origin.any() and (corners == contacts._planes.corners).all():
         object.__setattr__(scene, "_contacts", contacts)
         return scene, origin
     shapes = {}
@@ -158,6 +158,7 @@ def _touching(scene):
     """Contacts of the scene, and the corners (planes, 4, 3) m of its planes with the layers parted."""
     planes = _Planes(scene)
     i, j = _near(planes.corners.min(axis=1), planes.corners.max(axis=1), scene.tolerance)
+    corners = _welded(planes.corners, i, j, 2 * scene.tolerance)
     # the larger comes first, of equal ones the earlier
     rank = np.empty(len(planes.area), int)
     rank[np.lexsort((np.arange(len(rank)), -_rounded(planes.area)))] = np.arange(len(rank))
@@ -166,7 +167,6 @@ def _touching(scene):
     flush = np.abs(height).max(axis=1, initial=0) <= scene.tolerance
     over = flush & _overlap(planes, i, j, scene.tolerance)
     side = _side(planes, i, j, over, scene.tolerance)
-    corners = planes.corners.copy()
     parted = _part(corners, planes.normal, i[over], j[over], side, PARTED * scene.tolerance)
     rest = np.flatnonzero(~flush & (height.min(axis=1, initial=0) <= scene.tolerance))
     rest = rest[height[rest].max(axis=1, initial=0) >= -scene.tolerance]
@@ -174,6 +174,24 @@ def _touching(scene):
     covers = _covers(scene, planes, i[over], j[over], side)
     warnings = _thin(scene, planes, i[over], j[over], height[over])
     return Contacts(scene, _sorted(*covers), _sorted(*stands), parted, warnings), corners
+
+
+def _welded(corners, i, j, tolerance):
+    """Corners (n, 4, 3) m of planes, pairs i, j (k,) near each other: those that coincide made the same, their mean."""
+    pair, a, b = np.nonzero((np.abs(corners[i][:, :, None] - corners[j][:, None]) <= tolerance).all(axis=3))
+    one, other = 4 * i[pair] + a, 4 * j[pair] + b
+    label = np.arange(4 * len(corners))
+    while True:
+        least = np.minimum(label[one], label[other])
+        before = label.copy()
+        np.minimum.at(label, one, least)
+        np.minimum.at(label, other, least)
+        if (label == before).all():
+            break
+    flat, count = corners.reshape(-1, 3), np.bincount(label)
+    first = flat[label]
+    off = np.stack([np.bincount(label, (flat - first)[:, k]) for k in range(3)], axis=1) / np.maximum(count, 1)[:, None]
+    return (first + off[label]).reshape(corners.shape)
 
 
 def _rounded(area):

@@ -131,7 +131,7 @@ class Field:
     def _frames(self):
         shapes = [s.shape for s in self.scene.surfaces]
         self.origin = np.array([s.origin for s in shapes])
-        self.linear = np.array([s.linear for s in shapes])
+        self.linear, self.twist = np.array([s.linear for s in shapes]), np.array([s.twist for s in shapes])
         self.inverse = np.array([s.inverse for s in shapes])
         self.sign = np.array([s.sign for s in self.scene.surfaces])
         self.contacts = contacts_of(self.scene)
@@ -190,7 +190,9 @@ class Field:
         return np.column_stack([at, 0 * at[:, 0]])
 
     def _world(self, surface, local):
-        return self.origin.take(surface, axis=0) + np.einsum("nij,nj->ni", self.linear.take(surface, axis=0), local)
+        affine = np.einsum("nij,nj->ni", self.linear.take(surface, axis=0), local)
+        twist = (local[:, 0] * local[:, 1])[:, None] * self.twist.take(surface, axis=0)
+        return self.origin.take(surface, axis=0) + affine + twist
 
     def _normal(self, surface, local):
         normal = np.einsum("nji,nj->ni", self.inverse.take(surface, axis=0), local)

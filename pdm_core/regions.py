@@ -26,7 +26,8 @@ INNER, OUTER, BOTH = range(3)
 TURN = 2 * np.pi
 LEAVE_ENTER = np.array([1.0, -1.0])  # which way an outline crosses a plane
 GRAZING_ANGLE = 1e-4  # sine of the angle above which no polygon is seen edge-on
-EDGE_ON = 16  # turns by rounding: a polygon no wider than so many in the view hides nothing
+EDGE_ON = 8  # turns by rounding: a polygon no wider than so many in the view hides nothing
+NOTHING = 1e-6  # a factor above which nothing is made by rounding
 STEEPEST = 1e-3  # tilt of a plane, as a sine, that rounding is taken to cause at most: of edges seen end-on
 CONIC_POINTS, CONIC_PARTS = 16, 4  # Gauss rule for arcs of elliptic cones, per part of a piece
 LIST = 2048  # pairs of regions compared at once
@@ -118,7 +119,7 @@ def _width(corners, tolerance):
     following = np.r_[1 : corners.shape[1], 0]
     planes = cross(corners, corners[:, following])
     length = np.sqrt(dot(planes, planes))
-    turn = _tilt(corners, corners[:, following], length, tolerance).max(axis=0) + tolerance / reach.min(axis=0)
+    turn = _tilt(corners, corners[:, following], length, tolerance).max(axis=0)
     directions = corners / reach
     middle = _unit(directions + directions[:, following])  # an edge close by turns half around the point
     height = np.einsum("ikm,icm->kcm", divide(planes, length), np.concatenate([directions, middle], axis=1))
@@ -398,8 +399,20 @@ def _conic_integral(n, conic, f0, f1):
     return total
 
 
-def visible_integral(n, source, occluders):
-    """Contour integral over 2 pi (m,) along the boundary of what is visible of the sources; n (3, m) unit normals."""
+def _noise(region, tolerance):
+    """(m,) What moving the corners of polygons by tolerance may change of the integrals along their edges."""
+    p, q = region.p, region.q
+    c = cross(p, q)
+    length, reach = np.sqrt(dot(c, c)), np.minimum(dot(p, p), dot(q, q))
+    turn = divide(np.sqrt(np.maximum(dot(p, p), dot(q, q))), length) * np.arctan2(length, dot(p, q))
+    return tolerance * (turn + divide(1.0, np.sqrt(reach))).sum(axis=0)
+
+
+def visible_integral(n, source, occluders, rounding):
+    """Contour integral over 2 pi (m,) along the boundary of what is visible of the sources; n (3, m) unit normals.
+
+    rounding m: of differences of coordinates; what it may have made of nothing is 0.
+    """
     m, o = n.shape[1], occluders
     every, polygon, ball = np.arange(m), np.arange(len(o.polygon_of)), np.arange(len(o.ball_of))
     # what is hidden of each boundary: of sources by occluders, of occluders by each other and what is not the source
@@ -434,7 +447,13 @@ def visible_integral(n, source, occluders):
     of_polygons = _along_edges(n.take(o.polygon_of, axis=1), o.polygons, low, high, _joined(polygon_edges))
     of_balls = _along_outlines(n.take(o.ball_of, axis=1), o.balls, _joined(outlines))
     hidden = np.bincount(o.polygon_of, of_polygons, minlength=m) + np.bincount(o.ball_of, of_balls, minlength=m)
-    return (total - hidden) / TURN
+    left = (total - hidden) / TURN
+    dark = np.nonzero(left < NOTHING)[0]
+    if len(dark):
+        noise = _noise(o.polygons, rounding)
+        noise = np.bincount(o.polygon_of, noise, minlength=m)[dark]
+        left[dark[left[dark] < noise]] = 0.0
+    return left
 
 
 def _parts(*lists):

@@ -46,6 +46,8 @@ def unit(vectors):
 class _Shape:
     """An affine image of a reference shape: point = origin + linear @ local."""
 
+    twist = np.zeros(3)
+
     @cached_property
     def inverse(self):
         """(3, 3): world offsets from the origin to local coordinates."""
@@ -57,7 +59,8 @@ class _Shape:
 
     def world(self, local):
         """local (n, 3) -> points (n, 3) m."""
-        return self.origin + np.asarray(local, float) @ self.linear.T
+        local = np.asarray(local, float)
+        return self.origin + local @ self.linear.T + local[:, :1] * local[:, 1:2] * self.twist
 
 
 class Plane(_Shape):
@@ -76,7 +79,13 @@ class Plane(_Shape):
         """The parallelogram with corners (4, 3) m, counter-clockwise seen from its front."""
         plane = cls(corners[0], corners[1] - corners[0], corners[3] - corners[0])
         plane.__dict__["corners"] = corners  # not the sums of rounded edges
+        plane.__dict__["twist"] = corners[0] - corners[1] + corners[2] - corners[3]
         return plane
+
+    @cached_property
+    def twist(self):
+        """(3,) m; what the third corner is off by rounding, so that points near every edge are on it."""
+        return np.zeros(3)
 
     def __repr__(self):
         return f"Plane({self.origin.tolist()}, {self.u.tolist()}, {self.v.tolist()})"

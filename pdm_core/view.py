@@ -29,7 +29,8 @@ class ShapeTable:
     def __init__(self, shapes, tolerance=None):
         """tolerance m: of the shapes' coordinates, that of double precision unless told."""
         count = len(shapes)
-        self.tolerance = tolerance_of(shapes) if tolerance is None else tolerance
+        self.rounding = tolerance_of(shapes)
+        self.tolerance = self.rounding if tolerance is None else tolerance
         self.is_ball = np.array([isinstance(s, Sphere) for s in shapes])
         self.origin = np.array([s.bounds[0] for s in shapes]).T.copy()
         self.bound = np.array([s.bounds[1] for s in shapes])  # radius of a sphere about the origin
@@ -356,7 +357,7 @@ def _occluders(table, x, corners, pair, occluder):
 def _visible(table, x, n, source, corners, sky, pair, occluder):
     """Factors (m,) of sources behind the occluders of entries (pair, occluder)."""
     region = _source(table, x, n, source, corners, sky)
-    return visible_integral(n, region, _occluders(table, x, corners, pair, occluder))
+    return visible_integral(n, region, _occluders(table, x, corners, pair, occluder), table.rounding)
 
 
 def _unoccluded(table, x, n, source, corners, sky):
