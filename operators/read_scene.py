@@ -13,6 +13,7 @@ from .read_surfaces import pieces_of, surfaces_of, twins
 from .render_visible import evaluated, render_visible
 
 UNREAD = {"CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME", "GPENCIL", "GREASEPENCIL"}
+SINGLE = 2**-24  # relative rounding of Blender's coordinates and matrices
 
 
 @dataclass(eq=False)
@@ -71,7 +72,7 @@ def read_scene(context, objects="ALL"):
         background = _background(context.scene, depsgraph, reading)
     surfaces, indices = surfaces_of([piece for _, pieces in taken for piece in pieces])
     if surfaces:
-        reading.scene = Scene(surfaces, background)
+        reading.scene = Scene(surfaces, background, rounding=SINGLE)
     for mesh, pieces in taken:
         own, indices = indices[: len(pieces)], indices[len(pieces) :]
         reading.objects.append(_read_object(mesh, own, mesh.object in wanted))
@@ -132,12 +133,14 @@ def _accept(found, reading):
 
 
 def _without_twins(taken, reading):
-    """Two shapes on one another would each hide the other: the later object is refused."""
+    """Two shapes on one another would each hide the other: the later object is left out, if the earlier is not."""
     owner = [k for k, (_, pieces) in enumerate(taken) for _ in pieces]
     twin = twins([piece for _, pieces in taken for piece in pieces])
     doubled = {}
     for late in np.flatnonzero(twin >= 0):
-        doubled[owner[late]] = owner[twin[late]]
+        early = owner[twin[late]]
+        if owner[late] not in doubled and (early not in doubled or early == owner[late]):
+            doubled[owner[late]] = early
     for late, early in doubled.items():
         name = taken[early][0].object.name
         where = "itself; merge its doubled faces" if late == early else f"object {name!r}; move or delete one of them"

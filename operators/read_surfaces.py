@@ -60,11 +60,12 @@ def _sphere(matrix):
 
 
 def twins(pieces):
-    """(n,) for each piece the index of an earlier one that lies exactly on it, or -1."""
-    twin = np.full(len(pieces), -1)
+    """(n,) for each piece the index of the first one that lies exactly on it and faces as it does, or -1."""
+    twin = np.arange(len(pieces))
     if len(pieces) < 2:
-        return twin
+        return twin - 1
     centre, radius = _bounds(pieces)
+    normal = np.array([piece.shape.normal if isinstance(piece.shape, Plane) else np.zeros(3) for piece in pieces])
     spread = np.array([_spread(piece.shape) for piece in pieces])
     order = np.argsort(centre @ [0.31, 0.59, 0.74], kind="stable")  # a direction that no grid of objects is square to
     for step in range(1, len(pieces)):
@@ -73,8 +74,9 @@ def twins(pieces):
         if not near.any():
             break
         same = near & (np.abs(spread[a] - spread[b]).max(axis=(1, 2)) <= SAME * radius[a] ** 2)
-        twin[np.maximum(a, b)[same]] = np.minimum(a, b)[same]
-    return twin
+        same &= np.einsum("ij,ij->i", normal[a], normal[b]) >= 0  # back to back is how boxes stand side by side
+        np.minimum.at(twin, np.maximum(a, b)[same], np.minimum(a, b)[same])
+    return np.where(twin < np.arange(len(pieces)), twin, -1)
 
 
 def _bounds(pieces):

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .scene import Plane, Scene, Sphere
+from .scene import Plane, Scene, Sphere, tolerance_of
 
-PARTED = 4.0  # tolerances between layers: what tells them apart decides by one
-CLEAR = 2.0 * PARTED  # tolerances that points keep from what stands on their surface
+PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apart by ten
+CLEAR = 8.0  # tolerances that points keep from what stands on their surface
 SAME_AREA = 1e-6  # relative: the later of two such planes lies on top
 FAR = 1.0  # sizes of the scene from the origin from which on it is moved there
 CANDIDATES = 1 << 20  # pairs of bounding boxes compared at once
@@ -27,19 +27,21 @@ class Contacts:
 
     covers: (surface, shape) index arrays (k,): the surface lies against that plane, and is dark where they overlap.
     stands: (shape, other) index arrays (k,): of planes, not in one plane, that touch or cross.
-    parted (m): the distance of the top layer from its plane's place, 0 without layers. warnings: for the user.
+    tolerance m: what touching coordinates really differ by, and our sums of them. parted m: the distance of the top
+    layer from its plane's place, 0 without layers. warnings: for the user.
     """
 
     scene: Scene
     covers: tuple
     stands: tuple
+    tolerance: float
     parted: float = 0.0
     warnings: list = field(default_factory=list)
 
     @property
     def apart(self):
         """m; what points keep from the borders of their planes, where others stand or layers have been parted."""
-        return self.parted + CLEAR * self.scene.tolerance
+        return self.parted + CLEAR * self.tolerance
 
     def covered(self, points, surface):
         """Whether points (n, 3) m on surfaces (n,) (-1: free) lie between two planes in contact -> (n,) bool"""
@@ -47,7 +49,7 @@ class Contacts:
         point, shape = _entries(self.covers, surface)
         if len(point):
             local, edges = self._local(points[point], shape), self._planes.edges[self._planes.number[shape]]
-            inside = np.abs(local - 0.5) < 0.5 - PARTED * self.scene.tolerance / edges
+            inside = np.abs(local - 0.5) < 0.5 - CLEAR / 2 * self.tolerance / edges
             out[point[inside.all(axis=1)]] = True
         return out
 
@@ -62,7 +64,7 @@ class Contacts:
         point, shape = _entries(self.stands, own)
         if not len(point):
             return points
-        near = CLEAR * self.scene.tolerance
+        near = CLEAR * self.tolerance
         planes, k = self._planes, self._planes.number[shape]
         normal = planes.lit[k][:, None] * planes.normal[k]
         height = np.einsum("ni,ni->n", points[point] - planes.corners[k, 0], normal)
@@ -127,8 +129,7 @@ def settle(scene):
     middle = (low + high) / 2
     origin = middle if np.linalg.norm(middle) > FAR * np.linalg.norm(high - low) else np.zeros(3)
     if not origin.any() and (corners == contacts._planes.corners).all():
-        object.__setattr__(scene, "_contacts", contacts)
-        return scene, origin
+        return _moved(scene, [s.shape for s in scene.surfaces], contacts), origin
     shapes = {}
     for k, shape in enumerate(scene.shapes):
         if isinstance(shape, Sphere):
@@ -137,19 +138,18 @@ def settle(scene):
             shapes[id(shape)] = Sphere(matrix)
         else:
             shapes[id(shape)] = Plane.through(corners[contacts._planes.number[k]] - origin)
-    return _moved(scene, [shapes[id(s.shape)] for s in scene.surfaces], scene.tolerance, contacts), origin
+    return _moved(scene, [shapes[id(s.shape)] for s in scene.surfaces], contacts), origin
 
 
 def settled_again(settled, scene):
     """The scene, of the same surfaces as the one that was settled but under other light, with its shapes."""
-    shapes = [s.shape for s in settled.surfaces]
-    return _moved(scene, shapes, settled.tolerance, contacts_of(settled))
+    return _moved(scene, [s.shape for s in settled.surfaces], contacts_of(settled))
 
 
-def _moved(scene, shapes, tolerance, contacts):
+def _moved(scene, shapes, contacts):
     surfaces = tuple(replace(s, shape=shape) for s, shape in zip(scene.surfaces, shapes))
     moved = Scene(surfaces, scene.background, scene.rounding)
-    object.__setattr__(moved, "tolerance", tolerance)
+    object.__setattr__(moved, "tolerance", contacts.tolerance)
     object.__setattr__(moved, "_contacts", replace(contacts, scene=moved))
     return moved
 
@@ -166,14 +166,20 @@ def _touching(scene):
     height = np.einsum("kci,ki->kc", planes.corners[j] - planes.corners[i, :1], planes.normal[i])
     flush = np.abs(height).max(axis=1, initial=0) <= scene.tolerance
     over = flush & _overlap(planes, i, j, scene.tolerance)
-    side = _side(planes, i, j, over, scene.tolerance)
-    parted = _part(corners, planes.normal, i[over], j[over], side, PARTED * scene.tolerance)
+    inward, loose = _bodies(planes, i, j, scene.tolerance)
+    same, side = _side(planes, i[over], j[over], inward)
+    apart = same | loose[j[over]]  # of bodies in contact all but the edges is hidden: they keep theirs
+    heights = np.abs(height[np.abs(height) <= scene.tolerance])
+    tolerance = max(
+        tolerance_of(scene.shapes, 0.0), 2 * heights.max(initial=0), 2 * np.abs(corners - planes.corners).max(initial=0)
+    )
+    parted = _part(corners, planes.normal, i[over][apart], j[over][apart], side[apart], PARTED * tolerance)
     rest = np.flatnonzero(~flush & (height.min(axis=1, initial=0) <= scene.tolerance))
     rest = rest[height[rest].max(axis=1, initial=0) >= -scene.tolerance]
     stands = planes.index[np.concatenate([i[rest], j[rest]])], planes.index[np.concatenate([j[rest], i[rest]])]
     covers = _covers(scene, planes, i[over], j[over], side)
     warnings = _thin(scene, planes, i[over], j[over], height[over])
-    return Contacts(scene, _sorted(*covers), _sorted(*stands), parted, warnings), corners
+    return Contacts(scene, _sorted(*covers), _sorted(*stands), tolerance, parted, warnings), corners
 
 
 def _welded(corners, i, j, tolerance):
@@ -242,25 +248,27 @@ def _overlap(planes, i, j, tolerance):
     return deep
 
 
-def _side(planes, i, j, over, tolerance):
-    """(k,) +1 or -1: on which side of planes i those of j lie that overlap them: the lit one, but behind it where both
-    are walls that look into rooms of their own."""
+def _side(planes, i, j, inward):
+    """Of overlapping planes i, j (k,): whether they look the same way (k,), and +1 or -1 (k,), on which side of planes
+    i those of j lie: the lit one, but behind it where both are walls that look into rooms of their own."""
+    same = planes.lit[i] * planes.lit[j] * np.einsum("ki,ki->k", planes.normal[i], planes.normal[j]) > 0
+    return same, np.where(~same & inward[i] & inward[j], -1.0, 1.0) * planes.lit[i]
+
+
+def _bodies(planes, i, j, tolerance):
+    """(n,), (n,) Whether planes look towards those that share an edge with them, as a room's walls do and a solid's do
+    not; and whether they share none."""
     lit = planes.lit[:, None] * planes.normal
-    opposite = np.einsum("ki,ki->k", lit[i], lit[j]) < 0
-    inward = _inward(planes, lit, i, j, tolerance)
-    behind = (opposite & inward[i] & inward[j])[over]
-    return np.where(behind, -1.0, 1.0) * planes.lit[i[over]]
-
-
-def _inward(planes, lit, i, j, tolerance):
-    """(n,) Whether planes look towards those that share an edge with them, as a room's walls do, not as a solid's."""
     a, b = planes.corners[i], planes.corners[j]
     match = (np.abs(a[:, :, None] - b[:, None]) <= 2 * tolerance).all(axis=3)
     shared = match.sum(axis=(1, 2)) == 2
     one, other = np.concatenate([i[shared], j[shared]]), np.concatenate([j[shared], i[shared]])
     middle = planes.corners.mean(axis=1)
-    ahead = np.einsum("ki,ki->k", middle[other] - middle[one], lit[one])
-    return np.bincount(one, ahead, minlength=len(lit)) > 0
+    ahead, back = (np.einsum("ki,ki->k", middle[other] - middle[one], lit[k]) for k in (one, other))
+    back = -back
+    same_body = ahead * back > 0  # else another's, which begins where this one ends
+    loose = np.bincount(one[same_body], minlength=len(lit)) == 0
+    return np.bincount(one[same_body], ahead[same_body], minlength=len(lit)) > 0, loose
 
 
 def _part(corners, normal, i, j, side, step):

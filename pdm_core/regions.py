@@ -77,8 +77,9 @@ class Region:
     balls: Balls | None = None
 
     def edges(self, index):
-        """p, q and the planes of the edges of regions index (k,), each (3, e, k)"""
-        return self.p.take(index, axis=2), self.q.take(index, axis=2), self.planes[:, self.on].take(index, axis=2)
+        """p, q and the planes of the edges of regions index (k,), each (3, e, k), and their tilt (e, k)"""
+        planes, tilt = self.planes[:, self.on].take(index, axis=2), self.tilt[self.on].take(index, axis=1)
+        return self.p.take(index, axis=2), self.q.take(index, axis=2), planes, tilt
 
 
 @dataclass
@@ -87,7 +88,7 @@ class Occluders:
     and which overlap in the view of one source: index pairs ((k,), (k,)).
 
     first: of the pairs of polygons, whether the other comes before the one: of two coinciding edges on the same side
-    the first one's counts, on opposite sides neither. tolerance m: of the corners, by which edges coincide.
+    the first one's counts, on opposite sides neither.
     """
 
     polygons: Region
@@ -98,7 +99,6 @@ class Occluders:
     polygon_ball: tuple
     ball_ball: tuple
     first: np.ndarray
-    tolerance: float
 
 
 def covers_directions(corners, height, tolerance):
@@ -281,32 +281,30 @@ def _edges_in_cones(p, q, normal, conic, a):
     return start, np.where(in_q, 1.0, np.where(valid[1], t[1], -1.0))
 
 
-def _edges_in_planes(edges, planes, tilt, tolerance, nudge, first=False):
-    """The part [start, end] (e, m) of edges p, q in planes of normals (3, e, m) inside all planes (3, k, m), for edges
-    that may coincide with a region's boundary.
+def _edges_in_planes(edges, planes, tilt, nudge, first=False):
+    """The part [start, end] (e, m) of edges (p, q, their planes and tilt) inside all planes (3, k, m) of tilt (k, m),
+    for edges that may coincide with a region's boundary.
 
-    tilt (k, m): of the planes, tolerance m: of the edges' ends. What rounding can do to either is what the edge is
-    nudged by before it is tested: INNER or OUTER, to that side of it; BOTH, to both sides.
+    What rounding can turn the two planes by is what the edge is nudged by before it is tested, the same whichever of
+    the two is the edge: INNER or OUTER, to that side of it; BOTH, to both sides.
     first (m,): where it is enough that one side is inside.
     """
-    p, q, normals = edges
+    p, q, normals, own = edges
     along = np.einsum("ikm,iem->kem", planes, normals)
     shift = {INNER: along, OUTER: -along, BOTH: -np.abs(along)}[nudge]
     shift = np.where(first, np.abs(along), shift)
-    tilt = tilt[:, None]
-    a, b = (
-        np.einsum("ikm,iem->kem", planes, r) + shift * (tolerance + tilt * np.sqrt(dot(r, r))) for r in (p, q)
-    )
+    shift = shift * (tilt[:, None] + own)
+    a, b = (np.einsum("ikm,iem->kem", planes, r) + shift * np.sqrt(dot(r, r)) for r in (p, q))
     t = divide(a, a - b)
     start = np.where((a < 0) & (b >= 0), t, 0.0).max(axis=0)
     end = np.where((a >= 0) & (b < 0), t, 1.0).min(axis=0)
     return start, np.where(((a < 0) & (b < 0)).any(axis=0), -1.0, end)
 
 
-def _edges_in_polygons(region, one, polygons, other, tolerance, nudge, first=False):
+def _edges_in_polygons(region, one, polygons, other, nudge, first=False):
     """What polygons other (k,) hide of the edges of regions one (k,): intervals of rows (edge * m + region)."""
     planes, tilt = polygons.planes.take(other, axis=2), polygons.tilt.take(other, axis=1)
-    start, end = _edges_in_planes(region.edges(one), planes, tilt, tolerance, nudge, first)
+    start, end = _edges_in_planes(region.edges(one), planes, tilt, nudge, first)
     edge, pair = np.nonzero(end > start)
     return edge * region.p.shape[2] + one[pair], start[edge, pair], end[edge, pair]
 
@@ -417,10 +415,10 @@ def visible_integral(n, source, occluders, rounding):
     every, polygon, ball = np.arange(m), np.arange(len(o.polygon_of)), np.arange(len(o.ball_of))
     # what is hidden of each boundary: of sources by occluders, of occluders by each other and what is not the source
     edges, outside = _planes_and_balls(source, o.ball_of, o.balls, ball)
-    source_edges = [edges, _edges_in_polygons(source, o.polygon_of, o.polygons, polygon, o.tolerance, INNER)]
+    source_edges = [edges, _edges_in_polygons(source, o.polygon_of, o.polygons, polygon, INNER)]
     outlines, source_outlines, polygon_edges = [outside], [], []
     planes, tilt = source.planes.take(o.polygon_of, axis=2), source.tilt.take(o.polygon_of, axis=1)
-    low, high = _edges_in_planes(o.polygons.edges(polygon), planes, tilt, o.tolerance, BOTH)
+    low, high = _edges_in_planes(o.polygons.edges(polygon), planes, tilt, BOTH)
     if source.balls is not None:
         source_outlines.append(_planes_and_balls(source, every, source.balls, every)[1])
         row, *arc = _arcs_in_cones(source.balls, o.ball_of, o.balls, ball)
@@ -439,7 +437,7 @@ def visible_integral(n, source, occluders, rounding):
         row, *arc = _arcs_in_cones(o.balls, i, o.balls, j)
         outlines.append((i[row], *arc))
     for i, j, first in _parts(*o.polygon_polygon, o.first):
-        polygon_edges.append(_edges_in_polygons(o.polygons, i, o.polygons, j, o.tolerance, OUTER, first))
+        polygon_edges.append(_edges_in_polygons(o.polygons, i, o.polygons, j, OUTER, first))
     whole = np.zeros(source.p.shape[1:]), np.ones(source.p.shape[1:])
     total = _along_edges(n, source, *whole, _joined(source_edges))
     if source.balls is not None:

@@ -30,7 +30,7 @@ def _vector(value, shape, what):
 
 
 def tolerance_of(shapes, rounding=2**-53):
-    """m; coordinates of the shapes that differ by no more are taken as the same: their rounding, relative, can do so."""
+    """m; coordinates of the shapes that differ by no more are the same: their rounding, relative, can do so."""
     centres, radii = (np.array(part) for part in zip(*(s.bounds for s in shapes)))
     reach = float((np.abs(centres).max(axis=1) + radii).max())
     extent = np.linalg.norm((centres + radii[:, None]).max(axis=0) - (centres - radii[:, None]).min(axis=0))

@@ -258,6 +258,11 @@ def _height_over(corners, points):
     return dot(normal[:, None], points) + offset
 
 
+def _on_plane(height, tolerance):
+    """Heights m of corners, those within the tolerance 0: what lies in a plane is not cut by it."""
+    return np.where(np.abs(height) > tolerance, height, 0.0)
+
+
 def _against_dome(table, dome, ball_of=None, polygon_of=None):
     """Whether shapes cross the sphere dome (m,), and whether they lie outside it."""
     index = polygon_of if ball_of is None else ball_of
@@ -314,7 +319,8 @@ def _source(table, x, n, source, corners, sky):
         return sky_source(n)
     if corners is None:
         return ball_source(table.balls(x, source), n)
-    return polygon_region(corners, dot(n[:, None], corners), table.tolerance, closing=n)
+    height = _on_plane(dot(n[:, None], corners), table.tolerance)
+    return polygon_region(corners, height, table.tolerance, closing=n)
 
 
 def _occluders(table, x, corners, pair, occluder):
@@ -324,7 +330,7 @@ def _occluders(table, x, corners, pair, occluder):
     outlines = table.polygon(x.take(pair[polygon], axis=1), occluder[polygon])
     height = np.ones(outlines.shape[1:])
     if corners is not None:  # only what is before the source hides any of it
-        height = _height_over(corners.take(pair[polygon], axis=2), outlines)
+        height = _on_plane(_height_over(corners.take(pair[polygon], axis=2), outlines), table.tolerance)
     covers = covers_directions(outlines, height, table.tolerance)
     if not covers.all():
         keep = is_ball.copy()
@@ -350,7 +356,6 @@ def _occluders(table, x, corners, pair, occluder):
         polygon_ball,
         ball_ball,
         first=shape[polygon_polygon[1]] < shape[polygon_polygon[0]],
-        tolerance=table.tolerance,
     )
 
 
@@ -449,7 +454,9 @@ def segment_blocked(table, x, d, shape):
         if len(index):
             inverse = table.inverse[:, :, shape[index]]
             origin = table.origin[:, shape[index]].reshape(3, *(1,) * (x.ndim - 2), -1)
-            blocked[..., index] = meets(transform(inverse, x[..., index] - origin), transform(inverse, d[..., index]), table.slack[shape[index]])
+            blocked[..., index] = meets(
+                transform(inverse, x[..., index] - origin), transform(inverse, d[..., index]), table.slack[shape[index]]
+            )
     return blocked
 
 

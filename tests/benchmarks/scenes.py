@@ -1,4 +1,4 @@
-"""Scenes of the benchmarks, besides the rooms of ../shared/reference."""
+"""Scenes of the benchmarks, besides the rooms of tests/data."""
 
 import numpy as np
 

@@ -11,7 +11,7 @@ import rooms
 import scenes
 from conftest import MODULE
 
-REFERENCE = Path(__file__).resolve().parents[3] / "shared" / "reference"  # optional sibling of the repository
+REFERENCE = Path(__file__).resolve().parents[1] / "data"
 FILES = {"cornell": "cornell_spheres.npz", "paper": "seed_room.npz"}
 TARGET = 0.02
 
@@ -49,7 +49,6 @@ def test_every_object_shows_the_solution(room):
         np.testing.assert_allclose(colours[:, :3], solution.radiance(surface, world), rtol=1e-6, atol=1e-9)
 
 
-@pytest.mark.skipif(not REFERENCE.is_dir(), reason="shared/reference is not beside the repository")
 def test_room_agrees_with_the_path_tracer(room):
     name, solution, baked = room
     data = np.load(REFERENCE / FILES[name])

@@ -9,7 +9,7 @@ from rooms import cube_planes
 
 from pdm_core import Plane, Scene, SceneError, Sphere, Surface, radiosity, solve, solve_steps
 
-REFERENCE = Path(__file__).resolve().parents[3] / "shared" / "reference"
+REFERENCE = Path(__file__).resolve().parents[1] / "data"
 
 
 def box(reflectance, emission, size=(2.0, 3.0, 2.5), scale=1.0, origin=(0.0, 0.0, 0.0)):
@@ -227,10 +227,7 @@ def test_what_the_plan_leaves_out_changes_nothing(grey, monkeypatch):
 
 @pytest.mark.parametrize("name", ["seed_room", "cornell_spheres"])
 def test_reference_rooms(name):
-    file = REFERENCE / f"{name}.npz"
-    if not file.exists():
-        pytest.skip(f"reference data {file.name} is not beside the repository: the path tracer's check is NOT run")
-    data = np.load(file)
+    data = np.load(REFERENCE / f"{name}.npz")
     surfaces, index = [], []
     for entry in json.loads(str(data["spec"]))["objects"]:
         index.append(len(surfaces))

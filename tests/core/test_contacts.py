@@ -1,0 +1,239 @@
+"""What touches: carpets, lamps on ceilings, crates, partitions, slabs, in rooms however they are turned and moved."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from pdm_core import Plane, Scene, Sphere, Surface, form_factors, solve
+from pdm_core.contacts import contacts_of, settle
+from pdm_core.radiosity import _State
+
+PLACES = {"as made": (0.0, (0, 0, 0)), "turned": (0.3, (0, 0, 0)), "turned and far": (0.7, (1000, 2000, 3))}
+
+
+class Place:
+    """Builds shapes turned about (1, 2, 3) by an angle and moved."""
+
+    def __init__(self, angle=0.0, offset=(0, 0, 0)):
+        axis = np.array([1, 2, 3]) / np.sqrt(14)
+        k = np.cross(np.eye(3), -axis)
+        self.turn = np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
+        self.offset = np.array(offset, float)
+
+    def __call__(self, points):
+        return np.asarray(points, float) @ self.turn.T + self.offset
+
+    def plane(self, corner, u, v):
+        return Plane(self(corner), self.turn @ u, self.turn @ v)
+
+    def box(self, low, high, inward=False, sides=("front",), **light):
+        low, high, out = np.array(low, float), np.array(high, float), []
+        for axis, end in itertools.product(range(3), (0, 1)):
+            corner, u, v = low.copy(), np.zeros(3), np.zeros(3)
+            corner[axis] = (low, high)[end][axis]
+            u[(axis + 1) % 3], v[(axis + 2) % 3] = ((high - low)[(axis + k) % 3] for k in (1, 2))
+            if (end == 1) == inward:
+                corner, u = corner + u, -u
+            shape = self.plane(corner, u, v)
+            out += [Surface(shape, side=side, **light) for side in sides]
+        return out
+
+    def sheet(self, corner, u, v, **light):
+        shape = self.plane(corner, u, v)
+        return [Surface(shape, **light), Surface(shape, side="back", **light)]
+
+
+@pytest.fixture(params=PLACES, ids=list(PLACES))
+def place(request):
+    return Place(*PLACES[request.param])
+
+
+def mean(solution, index, count=24):
+    shape = solution.scene.surfaces[index].shape
+    at = (np.arange(count) + 0.5) / count
+    s, t = (a.reshape(-1, 1) for a in np.meshgrid(at, at))
+    return solution.radiance(index, shape.origin + s * shape.u + t * shape.v).mean()
+
+
+def random_placements(count, seed=3):
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        angle, size = rng.uniform(0, 2 * np.pi), 10 ** rng.uniform(-6, 6)
+        yield Place(angle, rng.normal(size=3) * size * 10 ** rng.uniform(-2, 4)), size
+
+
+@pytest.mark.parametrize("furnished", [False, True])
+def test_rows_of_closed_rooms_close_wherever_they_are(furnished):
+    for place, size in random_placements(24):
+        surfaces = place.box((0, 0, 0), size * np.array([1, 1.3, 0.8]), inward=True, sides=("front", "back"))
+        if furnished:
+            surfaces += place.box(size * np.array([0.2, 0.3, 0]), size * np.array([0.5, 0.6, 0.3]))
+        state = _State(Scene(surfaces, 1.0 * np.ones(3)))
+        field, everyone = state.field, np.arange(len(surfaces))
+        sums = state.factors.matrix(field.points, field.normals, field.node_surface, everyone, True).sum(axis=1)
+        far = np.linalg.norm(place.offset) / size
+        # nodes lie 1e-7 of an edge from the next wall: rounding far away is what their distance to a box is off by
+        assert np.abs(sums - 1).max() < (1e-9 if not furnished else 1e-8 + 1e-9 * far)
+
+
+def test_furnace_is_exact_in_every_placement():
+    for place, size in random_placements(12, seed=5):
+        surfaces = place.box(
+            (0, 0, 0), (size,) * 3, inward=True, sides=("front", "back"), reflectance=0.7, emission=0.3
+        )
+        solution = solve(Scene(surfaces, 1.0 * np.ones(3)))
+        points = place(np.random.default_rng(0).random((50, 3)) * size)
+        for k in range(len(surfaces)):
+            assert solution.radiance(k, points) == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("size", [(1e6, 1e6, 1), (1, 1, 1e3), (1e3, 1, 1e-3), (1e-6, 1e-6, 1e-6)])
+def test_flat_and_long_rooms_are_furnaces(place, size):
+    place.offset = place.offset * min(size)  # further away double precision does not hold it
+    surfaces = place.box((0, 0, 0), size, inward=True, reflectance=0.7, emission=0.3)
+    solution = solve(Scene(surfaces))
+    points = place(np.random.default_rng(0).random((50, 3)) * size)
+    assert max(np.abs(solution.radiance(k, points) - 1).max() for k in range(6)) < 1e-5
+
+
+@pytest.mark.parametrize("noise", [0, 1])
+def test_a_closed_box_is_dark_inside_under_a_sky(place, noise):
+    """Also where each wall's corners have been rounded to single precision on their own."""
+    if np.any(place.offset) and noise:
+        return  # single precision leaves nothing of a box of 2 m so far away
+    rng = np.random.default_rng(1)
+    surfaces = []
+    for surface in place.box((-1, -1, -1), (1, 1, 1), inward=True, reflectance=0.7):
+        corners = surface.shape.corners * (1 + noise * rng.uniform(-(2**-24), 2**-24, (4, 3)))
+        plane = Plane(corners[0], corners[1] - corners[0], corners[3] - corners[0])
+        surfaces.append(Surface(plane, surface.reflectance))
+    solution = solve(Scene(surfaces, np.ones(3), rounding=2**-24 if noise else 2**-53))
+    points = place(rng.uniform(-1, 1, (200, 3)))
+    assert max(solution.radiance(k, points).max() for k in range(6)) == 0
+
+
+@pytest.mark.parametrize("reflectance, right", [(0.8, 0.53), (0.95, 1.86)])
+def test_a_carpet_in_the_floors_plane_is_as_one_just_above_it(place, reflectance, right):
+    """Energy: what the room's surfaces absorb is what the lamp sends out, less what the lamp takes itself."""
+    light = {"reflectance": reflectance}
+    surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, **light)
+    surfaces += place.sheet((0.05, 0.05, 0), (3.9, 0, 0), (0, 3.9, 0), **light)
+    surfaces += place.sheet((1.5, 1.5, 2.9), (0, 1, 0), (1, 0, 0), emission=10)
+    solution = solve(Scene(surfaces))
+    area = np.array([s.shape.area for s in surfaces])
+    radiance = np.array([mean(solution, k) for k in range(len(surfaces))])
+    room = np.array([0, 1, 2, 3, 4, 5, 6])
+    absorbed = (area * radiance)[room].sum() * (1 - reflectance) / reflectance
+    grid = (np.arange(24) + 0.5) / 24
+    on_lamp = place(np.column_stack([1.5 + a.ravel() for a in np.meshgrid(grid, grid)] + [np.full(24 * 24, 2.9)]))
+    taken = sum(solution.incident(k, on_lamp).mean() for k in (8, 9))
+    assert absorbed + taken == pytest.approx(20, rel=0.025)
+    assert np.average(radiance[:6], weights=area[:6]) == pytest.approx(right, rel=0.05)
+    assert solution.error < 0.01
+
+
+@pytest.mark.parametrize("gap", [0, 2.4e-7, 1e-5, 1e-3])
+@pytest.mark.parametrize("rounding", [2**-53, 2**-24])
+def test_a_lamp_may_come_as_near_to_the_ceiling_as_it_likes(place, gap, rounding):
+    if np.any(place.offset) and (gap < 1e-3) and rounding > 1e-9:
+        return  # such gaps are no more than rounding there
+    surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.7)
+    surfaces += place.sheet((1.5, 1.5, 3 - gap), (0, 1, 0), (1, 0, 0), emission=10)
+    solution = solve(Scene(surfaces, rounding=rounding), 0.02, time_limit=20)
+    assert solution.radiance(4, place([(2, 2, 0)])) == pytest.approx(0.4253, rel=0.03)
+
+
+@pytest.mark.parametrize("thick", [1e-5, 1e-2])
+def test_no_light_comes_through_a_partition(place, thick):
+    surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.7)
+    surfaces += place.box((2 - thick / 2, 0, 0), (2 + thick / 2, 4, 3), reflectance=0.7)
+    surfaces += place.sheet((0.5, 1.5, 2.9), (0, 1, 0), (1, 0, 0), emission=10)
+    solution = solve(Scene(surfaces), 0.05)
+    assert mean(solution, 1) < 1e-6 < 0.3 < mean(solution, 0)
+    assert solution.radiance(4, place([(3, 2, 0)])).max() < 0.02  # the field's own smoothing
+
+
+def test_crates_side_by_side_are_dark_where_they_touch(place):
+    surfaces = [s for x in range(3) for s in place.box((x, 0, 0), (x + 1, 1, 1), reflectance=0.5)]
+    solution = solve(Scene(surfaces, np.ones(3)))
+    touching = {1, 6, 7, 12}
+    for k in range(18):
+        assert mean(solution, k) == pytest.approx(0 if k in touching else 0.5, abs=1e-6)
+
+
+def test_rooms_back_to_back_are_both_lit(place):
+    first = place.box((0, 0, 0), (1, 1, 1), inward=True, reflectance=0.7, emission=0.3)
+    second = place.box((1, 0, 0), (2, 1, 1), inward=True, reflectance=0.5, emission=1)
+    solution = solve(Scene(first + second))
+    assert [mean(solution, k) for k in range(12)] == pytest.approx([1] * 6 + [2] * 6, rel=1e-5)
+
+
+def test_a_cube_on_a_floor_is_the_same_on_all_sides(place):
+    """At the contact the floor has the light of outside; at the middle, under the cube, none."""
+    surfaces = place.sheet((-3, -3, 0), (6, 0, 0), (0, 6, 0), reflectance=0.5)
+    surfaces += place.box((-0.5, -0.5, 0), (0.5, 0.5, 1), reflectance=0.5)
+    solution = solve(Scene(surfaces, np.ones(3)))
+    contact = solution.radiance(0, place([(0.5, 0, 0), (-0.5, 0, 0), (0, 0.5, 0), (0, -0.5, 0)]))[:, 0]
+    assert contact == pytest.approx(1 / 3, rel=0.06)
+    assert np.ptp(contact) < 1e-3
+    corners = solution.radiance(0, place([(x, y, 0) for x in (-0.5, 0.5) for y in (-0.5, 0.5)]))[:, 0]
+    assert np.ptp(corners) < 2e-3
+    assert solution.radiance(0, place([(0, 0, 0), (0.3, -0.2, 0)])).max() == 0
+    assert mean(solution, 6) == 0  # the cube's own face there
+
+
+def test_a_room_of_touching_slabs_is_dark_inside(place):
+    slabs = [((-2, -2, -0.1), (2, 2, 0)), ((-2, -2, 3), (2, 2, 3.1)), ((-2.1, -2, 0), (-2, 2, 3))]
+    slabs += [((2, -2, 0), (2.1, 2, 3)), ((-2, -2.1, 0), (2, -2, 3)), ((-2, 2, 0), (2, 2.1, 3))]
+    surfaces = [s for slab in slabs for s in place.box(*slab, reflectance=0.7)]
+    solution = solve(Scene(surfaces, np.ones(3)), 0.05)
+    rng = np.random.default_rng(0)
+    points, normals = place(rng.uniform((-2, -2, 0), (2, 2, 3), (50, 3))), rng.normal(size=(50, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    # moved far away, the slabs' coordinates are off by 1e-13 of their size, each by its own
+    assert solution.irradiance(points, normals).max() < (1e-3 if place.offset.any() else 1e-12)
+    assert solution.error <= 0.05
+
+
+def test_the_smaller_lies_on_top_and_of_equal_ones_the_later():
+    floor, rug, mat = Plane((0, 0, 0), (4, 0, 0), (0, 4, 0)), Plane((1, 1, 0), (2, 0, 0), (0, 2, 0)), None
+    mat = Plane((1.2, 1.2, 0), (0, 1, 0), (1, 0, 0))  # it looks down: its back is what one sees
+    scene = Scene([Surface(rug), Surface(mat), Surface(floor), Surface(Plane((1, 1, 0), (2, 0, 0), (0, 2, 0)))])
+    settled = settle(scene)[0]
+    rug, mat, floor, later = (s.shape.corners[:, 2].max() for s in settled.surfaces)
+    assert floor == 0 < rug < later < mat < 2000 * scene.tolerance
+
+
+def test_gaps_thinner_than_the_rounding_are_said():
+    floor, sheet = Plane((0, 0, 0), (4, 0, 0), (0, 4, 0)), Plane((1, 1, 3e-7), (2, 0, 0), (0, 2, 0))
+    surfaces = [Surface(floor, name="floor"), Surface(sheet, name="sheet")]
+    assert contacts_of(Scene(surfaces)).warnings == []
+    (warning,) = contacts_of(Scene(surfaces, rounding=2**-24)).warnings
+    assert "'floor'" in warning and "'sheet'" in warning
+    assert contacts_of(Scene([surfaces[0], Surface(Sphere.at((0, 0, 9), 1))], rounding=2**-24)).warnings == []
+
+
+def test_contacts_are_found_in_a_time_that_grows_with_their_number():
+    """3,000 boxes on a floor: pairs looked at, not all pairs."""
+    rng = np.random.default_rng(2)
+    place = Place()
+    boxes = rng.uniform(-100, 100, (500, 2))
+    surfaces = [s for x, y in boxes for s in place.box((x, y, 0), (x + 0.5, y + 0.5, 0.5), reflectance=0.5)]
+    surfaces += place.sheet((-110, -110, 0), (220, 0, 0), (0, 220, 0), reflectance=0.5)
+    contacts = contacts_of(Scene(surfaces))
+    assert 500 <= len(contacts.covers[0]) <= 1100  # each bottom, and the floor under it
+    assert 500 * (4 + 12) * 2 <= len(contacts.stands[0]) <= 500 * (4 + 12) * 2 * 1.2
+
+
+def test_form_factors_of_a_floor_under_a_carpet():
+    place = Place(0.3)
+    room = place.box((0, 0, 0), (2, 2, 2), inward=True)
+    carpet = Surface(place.plane((0, 0, 0), (1, 0, 0), (0, 2, 0)))
+    result = form_factors(Scene([*room, carpet]), rtol=1e-6)
+    opposite = 0.199824895698387
+    assert result.F[5, 4] + result.F[5, 6] == pytest.approx(opposite, abs=1e-9)
+    assert result.F[5, 4] == pytest.approx(opposite / 2, abs=1e-9)
+    assert result.F[6].sum() == pytest.approx(1, abs=1e-9)
+    area = np.array([s.shape.area for s in [*room, carpet]])
+    assert area[:, None] * result.F == pytest.approx((area[:, None] * result.F).T, abs=1e-7)
