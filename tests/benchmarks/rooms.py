@@ -12,7 +12,7 @@ import sys
 import time
 
 import numpy as np
-from output import REFERENCE, ROOT, machine, save
+from output import REFERENCE, machine, save
 from scenes import difference, thirteen_spheres
 
 from pdm_core import Plane, Scene, Sphere, Surface, solve
