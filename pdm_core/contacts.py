@@ -15,6 +15,7 @@ from .scene import Plane, Scene, Sphere, tolerance_of
 
 PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apart by ten
 CLEAR = 8.0  # tolerances that points keep from what stands on their surface
+BESIDE = 1e-2  # of its radius: a ball whose middle is no further from a plane has no side of it
 SAME_AREA = 1e-6  # relative: the later of two such planes lies on top
 FAR = 1.0  # sizes of the scene from the origin from which on it is moved there
 CANDIDATES = 1 << 20  # pairs of bounding boxes compared at once
@@ -26,7 +27,8 @@ class Contacts:
     """Of the shapes of a scene; entries sorted by the first of each pair.
 
     covers: (surface, shape) index arrays (k,): the surface lies against that plane, and is dark where they overlap.
-    stands: (shape, other) index arrays (k,): of planes, not in one plane, that touch or cross.
+    stands: (shape, other) index arrays (k,): planes that others touch or cross, not in one plane; balls that touch or
+    cross planes.
     tolerance m: what touching coordinates really differ by, and our sums of them. parted m: the distance of the top
     layer from its plane's place, 0 without layers. warnings: for the user.
     """
@@ -54,7 +56,7 @@ class Contacts:
         return out
 
     def clear(self, points, surface):
-        """points (n, 3) m on planes, surfaces (n,): those that lie on another plane moved off it, to its front; those
+        """points (n, 3) m on surfaces (n,): those that lie on another plane moved off it, to its front; those
         covered moved before what covers them: nobody sees them, and light that goes on as if they were seen is smooth.
         """
         if (dark := self.covered(points, surface)).any():
@@ -65,18 +67,29 @@ class Contacts:
         if not len(point):
             return points
         near = CLEAR * self.tolerance
+        toward = self._toward(own[point], shape)
         planes, k = self._planes, self._planes.number[shape]
-        normal = planes.lit[k][:, None] * planes.normal[k]
+        normal = toward[:, None] * planes.normal[k]
         height = np.einsum("ni,ni->n", points[point] - planes.corners[k, 0], normal)
         beyond = np.abs(self._local(points[point], shape) - 0.5) - 0.5
         on = (np.abs(height) < near) & (beyond < near / planes.edges[k]).all(axis=1)
         point, height, normal = point[on], height[on], normal[on]
-        own_normal = self._normals(surface[point])
+        # along its own plane; off a ball, which touches the other plane in one point, straight
+        flat = planes.flat[own[point]][:, None]
+        own_normal = np.where(flat, self._normals(surface[point]), 0.0)
         along = normal - np.einsum("ni,ni->n", normal, own_normal)[:, None] * own_normal
         step = ((near - height) / np.einsum("ni,ni->n", along, along))[:, None] * along
         points = points.copy()
         np.add.at(points, point, step)
         return points
+
+    def _toward(self, own, shape):
+        """(n,) +1 or -1: to which side of planes, shapes (n,), points on shapes own (n,) are to be moved that lie in
+        them: the lit one, or that of the ball which touches them."""
+        planes, k = self._planes, self._planes.number[shape]
+        height = np.einsum("ni,ni->n", planes.middle[own] - planes.corners[k, 0], planes.normal[k])
+        beside = ~planes.flat[own] & (np.abs(height) > BESIDE * planes.radius[own])
+        return np.where(beside, np.sign(height), planes.lit[k])
 
     def _normals(self, surface):
         """Unit normals (n, 3) of surfaces (n,) on planes."""
@@ -100,7 +113,8 @@ class _Planes:
 
     def __init__(self, scene):
         flat = np.array([not isinstance(s, Sphere) for s in scene.shapes])
-        self.index, self.number = np.flatnonzero(flat), np.cumsum(flat) - 1
+        self.flat, self.index, self.number = flat, np.flatnonzero(flat), np.cumsum(flat) - 1
+        self.middle, self.radius = (np.array(part) for part in zip(*(s.bounds for s in scene.shapes)))
         planes = [scene.shapes[k] for k in self.index]
         self.corners = np.array([p.corners for p in planes]).reshape(-1, 4, 3)
         self.normal = np.array([p.normal for p in planes]).reshape(-1, 3)
@@ -176,10 +190,31 @@ def _touching(scene):
     parted = _part(corners, planes.normal, i[over][apart], j[over][apart], side[apart], PARTED * tolerance)
     rest = np.flatnonzero(~flush & (height.min(axis=1, initial=0) <= scene.tolerance))
     rest = rest[height[rest].max(axis=1, initial=0) >= -scene.tolerance]
-    stands = planes.index[np.concatenate([i[rest], j[rest]])], planes.index[np.concatenate([j[rest], i[rest]])]
+    ball, plane = _rests(scene, planes)
+    stands = (
+        np.concatenate([planes.index[i[rest]], planes.index[j[rest]], ball]),
+        np.concatenate([planes.index[j[rest]], planes.index[i[rest]], plane]),
+    )
     covers = _covers(scene, planes, i[over], j[over], side)
     warnings = _thin(scene, planes, i[over], j[over], height[over])
     return Contacts(scene, _sorted(*covers), _sorted(*stands), tolerance, parted, warnings), corners
+
+
+def _rests(scene, planes):
+    """(ball, plane) shape indices (k,) of balls that touch planes or cross them."""
+    half = planes.radius[:, None] * np.ones(3)
+    low, high = planes.middle - half, planes.middle + half
+    low[planes.index], high[planes.index] = planes.corners.min(axis=1), planes.corners.max(axis=1)
+    a, b = _near(low, high, scene.tolerance)
+    a, b = np.concatenate([a, b]), np.concatenate([b, a])
+    mixed = ~planes.flat[a] & planes.flat[b]
+    ball, plane = a[mixed], b[mixed]
+    k = planes.number[plane]
+    linear = np.array([s.linear if isinstance(s, Sphere) else np.zeros((3, 3)) for s in scene.shapes])
+    height = np.einsum("ni,ni->n", planes.middle[ball] - planes.corners[k, 0], planes.normal[k])
+    reach = np.linalg.norm(np.einsum("ni,nij->nj", planes.normal[k], linear[ball]), axis=1)
+    touch = np.abs(height) <= reach + scene.tolerance
+    return ball[touch], plane[touch]
 
 
 def _welded(corners, i, j, tolerance):

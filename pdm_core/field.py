@@ -310,11 +310,10 @@ class Field:
 
     def inset(self, surface, points):
         """Points (n, 3) on a surface moved off a plane's border and off what stands on it."""
-        if self.is_sphere[surface]:
-            return points
-        local = self.scene.surfaces[surface].shape.local(points)
-        local[:, :2] = np.clip(local[:, :2], self.border[surface], 1 - self.border[surface])
-        points = self.scene.surfaces[surface].shape.world(local)
+        if not self.is_sphere[surface]:
+            local = self.scene.surfaces[surface].shape.local(points)
+            local[:, :2] = np.clip(local[:, :2], self.border[surface], 1 - self.border[surface])
+            points = self.scene.surfaces[surface].shape.world(local)
         return self.contacts.clear(points, np.full(len(points), surface))
 
     def place(self, cells, uv):

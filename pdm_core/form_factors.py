@@ -155,7 +155,8 @@ def _values(scene, shafts, row, points, normals, targets, hidden, counts):
     for kind in ("plane", "ball", "inside"):
         index = [k for k, t in enumerate(targets) if _kind(scene.surfaces[t]) == kind]
         if index:
-            value[:, index] = _from_points(scene, shafts, points, normals, targets[index], hidden[index], kind, counts)
+            some = targets[index], hidden[index]
+            value[:, index] = _from_points(scene, shafts, row, points, normals, *some, kind, counts)
     value[contacts_of(scene).covered(points, np.full(len(points), row))] = 0.0
     return value
 
@@ -270,7 +271,7 @@ def _kind(surface):
     return "plane" if isinstance(surface.shape, Plane) else "inside" if surface.is_inside else "ball"
 
 
-def _from_points(scene, shafts, points, normals, targets, hidden, kind, counts):
+def _from_points(scene, shafts, row, points, normals, targets, hidden, kind, counts):
     """Exact visible factors (m, t) from points to targets of one kind."""
     m, t = len(points), len(targets)
     shape = scene.shape_of[targets]
@@ -282,9 +283,11 @@ def _from_points(scene, shafts, points, normals, targets, hidden, kind, counts):
         seen = height > scene.tolerance
         seen &= (np.einsum("mi,tki->mtk", normals, corners) - (normals * points).sum(1)[:, None, None] > 0).any(axis=2)
     else:
-        # the outer side is seen from outside, the inner one from inside
+        # the outer side is seen from outside, the inner one from inside: also where they are sides of one shape
         local = np.stack([np.linalg.norm(scene.shapes[k].local(points), axis=1) for k in shape], axis=1)
-        seen = local >= 1 - 1e-9 if kind == "ball" else local <= 1 + 1e-9
+        seen = local > 1 if kind == "ball" else local < 1
+        own = shape == (scene.shape_of[row] if row >= 0 else -1)
+        seen[:, own] = (kind == "inside") & scene.surfaces[row].is_inside
     p, k = np.nonzero(seen)
     for start in range(0, len(p), PAIRS):
         a, b = p[start : start + PAIRS], k[start : start + PAIRS]

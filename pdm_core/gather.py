@@ -145,18 +145,17 @@ class Gather:
 
     def _from_planes(self, x, n, own, detail, tol, balls):
         r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.flat, indexing="ij"))
-        lifted, ahead = self.factors.facing(x.take(r, axis=0), n.take(r, axis=0), own[r], s)
-        height = np.einsum("ni,ni->n", lifted - self.factors.origin[s], self.factors.front[s])
-        r, s, lifted, height = r[ahead], s[ahead], lifted[ahead], height[ahead]
-        n, own, corners = n.take(r, axis=0), own[r], self.factors.corners.take(s, axis=0)
-        # receivers of the frontier are (point, source plane) pairs: a lifted point belongs to one plane only
+        ahead = self.factors.facing(x.take(r, axis=0), s)
+        r, s = r[ahead], s[ahead]
+        x, n, own, corners = x.take(r, axis=0), n.take(r, axis=0), own[r], self.factors.corners.take(s, axis=0)
+        height = np.einsum("ni,ni->n", x - self.factors.origin[s], self.factors.front[s])
         shafts = self.factors.shafts
-        occluders = shafts.in_view(lifted, n, corners, shafts.for_pairs(lifted, own, s))
-        foot = np.ascontiguousarray(self.field.local(s, lifted)[:, :2].T)
+        occluders = shafts.in_view(x, n, corners, shafts.for_pairs(x, own, s))
+        foot = np.ascontiguousarray(self.field.local(s, x)[:, :2].T)
         below = -height * np.einsum("ni,ni->n", n, self.factors.front[s])
         slope = np.stack([dot(n.T, edge.take(s, axis=1)) for edge in self.frame[1:]])
-        shadows = Shadows(shafts.table, lifted, [axis.take(s, axis=1) for axis in self.frame], occluders)
-        pairs = _Pairs(lifted, n, height, tol[r], own, s, occluders, shadows, foot, below, slope)
+        shadows = Shadows(shafts.table, x, [axis.take(s, axis=1) for axis in self.frame], occluders)
+        pairs = _Pairs(x, n, height, tol[r], own, s, occluders, shadows, foot, below, slope)
         links = []
         for start in range(0, len(r), PAIRS):
             chunk = np.arange(start, min(start + PAIRS, len(r)))

@@ -267,7 +267,7 @@ class _State:
                 return
             yield
         if blocks:
-            self.density = size / (4 * len(new) * len(self.sent.keys))
+            self.density = max(size / (4 * len(new)), 1.0) / len(self.sent.keys)  # an entry a row at least
         self.rows = self.rows.grown(blocks, len(f.keys))
 
     # -- solving -------------------------------------------------------------------------------------------------

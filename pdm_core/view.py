@@ -37,7 +37,9 @@ class ShapeTable:
         self.corners = np.zeros((3, 4, count))
         self.linear, self.inverse = np.zeros((3, 3, count)), np.zeros((3, 3, count))
         self.radius = np.zeros(count)  # of round balls; 0 for ellipsoids
-        self.slack = self.tolerance / np.sqrt([s.area for s in shapes])  # the tolerance in planes' local heights
+        # the tolerance in local coordinates: of heights over planes, of depths in ellipsoids along their least axes
+        unit_length = [s.semi_axes[2] if isinstance(s, Sphere) else np.sqrt(s.area) for s in shapes]
+        self.slack = self.tolerance / np.array(unit_length)
         for k, shape in enumerate(shapes):
             if not self.is_ball[k]:
                 self.corners[:, :, k], self.inverse[:, :, k] = shape.corners.T, shape.inverse

@@ -11,7 +11,6 @@ from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, vis
 
 STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
-LIFT = 1e-7  # of the scene's size: a point in a surface that it faces (contact) is taken this far off it
 CLOSED = 1e-6  # difference from 1 of what walls fill that counts as none: Blender's coordinates are single
 SILENT = 3  # surfaces that send nothing whose factors it pays to find, to be spared one of a plane
 PAIRS = 1 << 16
@@ -265,14 +264,14 @@ class _BallShadows:
         power = dot(p, p) - 1
         (c, ca, cb), zero = self.ahead, np.zeros(len(power))
         self.meets = np.stack([c * c, 2 * c * ca, 2 * c * cb, ca * ca, 2 * ca * cb, cb * cb]) - power * length2
-        inside = power < -TOUCHING
-        self.meets[:, inside] = self.ahead[:, inside] = 0.0
-        self.meets[0, inside], self.ahead[0, inside] = 1.0, -1.0
         # of a ball that reaches through the plane: its nearest point of the ray, or the end of it, is before the plane
         self.before = length2 + np.stack([c, ca, cb, zero, zero, zero])
         self.end = length2 + np.stack([2 * c + power, 2 * ca, 2 * cb, zero, zero, zero])
         normal = cross(u, v)
-        self.through = np.abs(dot(normal, p + o)) < (1 - TOUCHING) * np.sqrt(dot(normal, normal))
+        self.through = np.abs(dot(normal, p + o)) < (1 - slack) * np.sqrt(dot(normal, normal))
+        inside = power < -2 * slack  # then it hides what is outside of it, beyond its far side
+        self.meets[:, inside], self.ahead[:, inside] = self.end[:, inside], 0.0
+        self.ahead[0, inside], self.through[inside] = -1.0, False
 
     def near(self, entry, middle, half):
         ahead = _highest(-self.ahead.take(entry, axis=1), middle, half) > 0
@@ -323,7 +322,6 @@ class Factors:
 
     def __init__(self, scene, shafts, counts):
         self.scene, self.shafts, self.counts = scene, shafts, counts
-        self.lift = LIFT * scene.size
         shapes = [s.shape for s in scene.surfaces]
         self.is_sphere = np.array([isinstance(s, Sphere) for s in shapes])
         self.is_inside = np.array([s.is_inside for s in scene.surfaces])
@@ -334,41 +332,40 @@ class Factors:
             [np.zeros(3) if isinstance(x.shape, Sphere) else x.sign * x.shape.normal for x in scene.surfaces]
         )
 
-    def facing(self, points, normals, surface, source):
-        """Pairs (m,): points, lifted off planes that their spheres touch, and whether they are before the source."""
+    def facing(self, points, source):
+        """(m,) Whether points (m, 3) are before the planes of sources (m,)."""
         front = self.front.take(source, axis=0)
-        height = np.einsum("ni,ni->n", points - self.origin.take(source, axis=0), front)
-        toward = np.einsum("ni,ni->n", normals, front) < -1e-3
-        toward &= (surface >= 0) & self.is_sphere[surface]  # of planes, none can tell contact from back to back
-        touching = toward & (np.abs(height) < self.lift)
-        if touching.any():
-            points = points.copy()
-            points[touching] += (self.lift - height[touching])[:, None] * front[touching]
-            height[touching] = self.lift
-        return points, height > self.scene.tolerance
+        return np.einsum("ni,ni->n", points - self.origin.take(source, axis=0), front) > self.scene.tolerance
 
     def pairs(self, points, normals, surface, source):
         """points, normals (m, 3) on surfaces (m,) (-1: free), source surfaces (m,) -> form factors (m,)"""
         out = np.zeros(len(points))
         flat = np.flatnonzero(~self.is_sphere[source])
-        n, corners = normals.take(flat, axis=0), self.corners.take(source[flat], axis=0)
-        lifted, ahead = self.facing(points.take(flat, axis=0), n, surface[flat], source[flat])
-        above = np.einsum("nki,ni->nk", corners - lifted[:, None], n).max(axis=1) > 0
-        keep = np.flatnonzero(ahead & above)
-        flat, lifted, n, corners = flat[keep], *(a.take(keep, axis=0) for a in (lifted, n, corners))
-        out[flat] = self.visible(lifted, n, surface[flat], source[flat], corners)
-        ball = np.flatnonzero(self.is_sphere[source] & ~self.is_inside[source] & (surface != source))
+        x, n, corners = points.take(flat, axis=0), normals.take(flat, axis=0), self.corners.take(source[flat], axis=0)
+        above = np.einsum("nki,ni->nk", corners - x[:, None], n).max(axis=1) > 0
+        keep = np.flatnonzero(self.facing(x, source[flat]) & above)
+        flat, x, n, corners = flat[keep], *(a.take(keep, axis=0) for a in (x, n, corners))
+        out[flat] = self.visible(x, n, surface[flat], source[flat], corners)
+        ball = np.flatnonzero(self.is_sphere[source] & ~self.is_inside[source] & self.elsewhere(surface, source))
+        ball = ball[~self.inside(points[ball], source[ball])]
         out[ball] = self.visible(points.take(ball, axis=0), normals.take(ball, axis=0), surface[ball], source[ball])
         room = np.flatnonzero(self.is_inside[source])
-        room = room[(surface[room] == source[room]) | self.inside(points[room], source[room])]
+        elsewhere = self.elsewhere(surface[room], source[room])
+        room = room[(surface[room] == source[room]) | (elsewhere & self.inside(points[room], source[room]))]
         for s in np.unique(source[room]):
             part = room[source[room] == s]
             out[part] = self.visible(points[part], normals[part], surface[part], source[part], sky=True)
         return out
 
+    def elsewhere(self, surface, source):
+        """(m,) Whether surfaces (m,) are not of the same shape as the sources (m,)."""
+        return (surface < 0) | (self.shafts.shape[surface] != self.shafts.shape[source])
+
     def inside(self, points, source):
+        """(m,) Whether points (m, 3) lie within the balls of sources (m,), not on them."""
         local = np.einsum("nij,nj->ni", self.inverse.take(source, axis=0), points - self.origin.take(source, axis=0))
-        return np.einsum("ni,ni->n", local, local) < 1 + 1e-9
+        depth = 1 - np.sqrt(np.einsum("ni,ni->n", local, local))
+        return depth > self.shafts.table.slack[self.shafts.shape[source]]
 
     def visible(self, points, normals, surface, source, corners=None, sky=False, occluders=None):
         """Factors (m,) of sources that the points are before, or in; occluders (m, k): candidates, if known."""
