@@ -463,11 +463,13 @@ def segment_blocked(table, x, d, shape):
 
 
 def _meets_ball(p, d, slack):
-    """Whether segments p + t d meet the unit ball."""
+    """Whether segments p + t d go through the unit sphere, into it or out of it."""
     a, b, c = dot(d, d), dot(p, d), dot(p, p) - 1
     reach = b * b - a * c
     root = np.sqrt(np.maximum(reach, 0.0))
-    return (reach > 0) & (-b - root < (1 - TOUCHING) * a) & (root - b > TOUCHING * a)
+    ends = (-b - root, root - b)
+    through = [(t > TOUCHING * a) & (t < (1 - TOUCHING) * a) for t in ends]
+    return (reach > 0) & (through[0] | through[1])
 
 
 def _meets_square(p, d, slack):
