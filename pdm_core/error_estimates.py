@@ -6,6 +6,7 @@ import numpy as np
 
 DECAY = 0.35  # a leaf's own error, of the surplus its nodes showed, where nothing is known of its parent's
 SMOOTH, ROUGH = 0.125, 0.6  # bounds of that ratio, observed from parent to child: smooth fields 1/8, kinks 1/2
+SIMPSON = np.outer((1, 4, 1), (1, 4, 1)).ravel() / 36  # mean of a biquadratic
 LONE = 0.3  # part of the square of the error found that one point may make
 SOURCE = 0.15  # weight of a leaf's direct light as a source of indirect light elsewhere
 
@@ -14,6 +15,26 @@ def leaf_errors(field, value):
     """Nodal radiance (n, 3) -> (n cells,) estimated L2 error that each cell, as a source, makes elsewhere."""
     size = np.sqrt((field.surplus(value) ** 2).sum(axis=2).mean(axis=1))
     return SOURCE * size * decay(field, np.arange(len(size)), size) * np.sqrt(field.sizes())
+
+
+def source_defect(field, value):
+    """Nodal radiance (n, 3) -> (n, 3) its expected error as a source, mean over the leaves about each node: of one sign
+    over a bend, so that it adds up where light goes to and fro, unlike errors at points."""
+    leaves = field.leaves
+    mean, area = bends(field, value), field.sizes()[leaves]
+    weight = np.bincount(np.ravel(field.nodes[leaves]), np.repeat(area, 9), minlength=len(value))
+    total = [
+        np.bincount(np.ravel(field.nodes[leaves]), np.repeat(area * mean[:, c], 9), minlength=len(value))
+        for c in range(3)
+    ]
+    return np.stack(total, axis=1) / np.maximum(weight, 1e-300)[:, None]
+
+
+def bends(field, value):
+    """Nodal radiance (n, 3) -> (n leaves, 3) the expected mean error of its interpolant over each leaf."""
+    surplus, leaves = field.surplus(value), field.leaves
+    size = np.sqrt((surplus**2).sum(axis=2).mean(axis=1))
+    return np.einsum("k,nkc->nc", SIMPSON, surplus[leaves]) * decay(field, leaves, size)[:, None]
 
 
 def decay(field, cells, size):

@@ -11,7 +11,7 @@ from collections import Counter, deque, namedtuple
 import numpy as np
 
 from .contacts import contacts_of, settle, settled_again
-from .error_estimates import Look, Residual, leaf_errors, sample_points
+from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, source_defect
 from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
 from .numerics import Rows, gmres
@@ -35,12 +35,16 @@ SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's ta
 SURE = 0.7  # lower than what was found asks for: the halves of what is split have errors of their own
 MAX_ROUNDS = 12  # refinements towards one target
 MAX_KRYLOV = 60
+CANCELLED = 0.25  # of what direct light makes alone, that is left where indirect light takes it back
+AMPLIFIED = 0.03  # relative residual in solving for an error
 SAMPLES = 128  # points where the residual is measured each round; half of them on the way to the target
 SEED = 20  # of the samples: runs repeat
 LOOKS = 4  # sets of samples at most, where the error found hangs on one point
 FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 2.6  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
 REFINE_TO = 0.9 / SAFETY  # of the target: what a refinement leaves in the leaves not split
+STIFF = 1.0  # of what amplified errors of sources come to: between white planes 1.04 to 7 times the true one is stated
+STRAIGHTER = 0.3  # part of the bends of the sources that a refinement leaves, where they are most of the error
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 DENSER = 1.2  # what the next rows may take, of what the last ones took
 FULL = "the field is as fine as the memory allows"
@@ -185,8 +189,12 @@ class _State:
 
     def gain(self):
         """How much the rooms amplify an error spread evenly: 1 / (1 - share of the light that is indirect)."""
-        rho, indirect = self.scene.reflectance[self.sent.node_surface], self.spread(self.indirect)
-        share = (rho * indirect).sum() / max((rho * (self.lit + indirect)).sum(), 1e-300)
+        own = self.sent.node_surface
+        rho, received = self.scene.reflectance[own], self.lit + self.spread(self.indirect)
+        direct = self.lit
+        if self.added.any():  # what has begun to shine sends its light as indirect light goes
+            direct = direct + self.spread(self.rows.times(self.added[own]))
+        share = 1 - (rho * direct).sum() / max((rho * received).sum(), 1e-300)
         return 1.0 / max(1.0 - share, 1e-6)
 
     # -- geometry ------------------------------------------------------------------------------------------------
@@ -325,6 +333,8 @@ class _State:
     def check(self, target):
         """Relative error of L_h, in named parts, from the residual at random points; yields."""
         self.looks, self.remembered = [], {}
+        if self.norm > 0 and len(self.reflectors):
+            yield from self.amplify()
         while self.norm > 0 and len(self.reflectors) and len(self.looks) < LOOKS:
             yield from self.look(SEED + len(self.looks))
             residual = self.judge()
@@ -350,6 +360,29 @@ class _State:
         weight = np.where(contacts_of(self.scene).covered(points, surface), 0.0, weight)
         self.looks.append(Look(surface, points, weight, Rows(blocks, len(points)), fractions))
 
+    def amplify(self):
+        """What the scene makes of the error of its sources: solved for like light itself; yields."""
+        own = self.sent.node_surface
+        rho = self.scene.reflectance[own]
+
+        def scatter(value):
+            return self.rows.times(rho * self.spread(value))
+
+        def size(error):
+            value, leaves = ((rho * self.spread(error)) ** 2).sum(axis=1), self.sent.leaves
+            mean = value[self.sent.nodes[leaves]].mean(axis=1)
+            return float(np.sqrt((mean * self.sent.sizes()[leaves]).sum())) / self.norm
+
+        lit = self.rows.times(rho * source_defect(self.sent, self.lit))
+        indirect = self.rows.times(rho * self.spread(source_defect(self.field, self.indirect)))
+        right = np.concatenate([lit, lit + indirect], axis=1)
+        rho = np.tile(rho, 2)
+        error = (yield from gmres(scatter, right, np.zeros_like(right), AMPLIFIED, MAX_KRYLOV))[0]
+        rho = rho[:, :3]
+        # bends of direct and of indirect light may cancel, but are not known well enough to rely on it
+        self.amplified_light = size(error[:, :3])
+        self.amplified = float(np.hypot(size(error[:, 3:]), CANCELLED * self.amplified_light))
+
     def judge(self):
         """Error and its parts from the points looked at -> Residual."""
         value, parts = self.radiosity(), []
@@ -367,6 +400,9 @@ class _State:
             "sent": self.sent_error * self.norm / self.scale,
             "solver": self.gain() * self.solver_error,
         }
+        # amplified beyond what is found at points, where errors of either sign are
+        known = found + self.error_parts["sent"]
+        self.error_parts["stiff"] = float(np.sqrt(max((STIFF * self.amplified) ** 2 - known**2, 0.0)))
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.error_parts.values())))
         return residual
 
@@ -406,6 +442,29 @@ class _State:
             return False
         self.sharpness *= SHARPER
         self.link_up(self.link_target)
+        return True
+
+    def straighten(self):
+        """Where errors that the scene amplifies are most of all: split the cells, of direct light or of the field, over
+        which the sources bend; False where not, or where the memory is full."""
+        parts = self.error_parts
+        stiff = parts.get("stiff", 0.0) >= max((v for k, v in parts.items() if k != "stiff"), default=np.inf)
+        if not (self.checked and stiff):
+            return False
+        light = self.amplified_light > self.amplified / 2
+        f, value = (self.sent, self.lit) if light else (self.field, self.indirect)
+        bend = bends(f, self.scene.reflectance[f.node_surface] * value)
+        part = np.zeros(len(f.level))
+        part[f.leaves] = np.sqrt(np.linalg.norm(bend, axis=1) * f.sizes()[f.leaves])  # they add up, not their squares
+        cells = _worst(f, part, np.sqrt(STRAIGHTER) * np.linalg.norm(part))
+        room = self.room(LIGHT_NODES if light else 1.0)
+        if not min(len(cells), room):
+            return False
+        if light:
+            self.grow(cells[-room:])
+            self.link_up(self.link_target)
+        else:
+            self.split(cells[-room:])
         return True
 
     def link_up(self, target):
@@ -476,7 +535,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
                 best = _better(best, state)
             if (state.checked and state.error <= target) or (best and _late(state, time_limit)):
                 break
-            if (target == target_error and state.sharpen()) or state.refine(target):
+            if state.straighten() or (target == target_error and state.sharpen()) or state.refine(target):
                 continue
             if not state.checked:  # nothing left to split although little was promised: measure what it is
                 for _ in state.check(target):
@@ -581,9 +640,13 @@ def _relit(old, scene):
     state.added[old.lights] = 0.0
     state.exact = {s: part.exact for s, part in enumerate(old.received)}
     state.lit = state.fractions @ state.light
+    state.indirect = np.zeros_like(state.indirect)  # the old light may be larger than the new by any factor
     deque(state.solve(1e-2 * max(old.error, 1e-6)), maxlen=0)
     deque(state.divide(old.error), maxlen=0)
-    if state.looks:
+    if state.looks and state.norm > 0:
+        deque(state.amplify(), maxlen=0)
         state.judge()
+    elif not state.norm > 0:
+        state.error, state.error_parts = 0.0, {}
     state.history.append((state.elapsed(), state.error))
     return Solution(state)

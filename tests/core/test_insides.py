@@ -54,7 +54,7 @@ def test_shelf_in_the_plane_of_a_balls_centre(two_sided):
     assert solution.radiance(0, uv_sphere(0.5)).mean() == pytest.approx(0.494, rel=0.02)  # Cycles, 256 samples
     others = [square((0, 0, 2), 1, "back", 0, 10), square((0, 0, -1), 6)]
     lit, bare = (solve(Scene(s)).radiance(0, uv_sphere(0.5)) for s in (surfaces + others, surfaces[:1] + others))
-    assert lit.mean() == pytest.approx(bare.mean(), rel=0.02)  # seen edge-on from the lamp and the floor, it adds little
+    assert lit.mean() == pytest.approx(bare.mean(), rel=0.02)  # seen edge-on by lamp and floor, it adds little
 
 
 @pytest.mark.parametrize("centre, radius", (((0, 0, 0), 2.0), ((0.3, -0.2, 0.1), 1.5), ((0, 0, 0.25), 40.0)))
