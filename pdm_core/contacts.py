@@ -254,7 +254,8 @@ def _near(low, high, tolerance):
     the axis in which the boxes are smallest."""
     if len(low) < 2:
         return np.zeros(0, int), np.zeros(0, int)
-    axis = int(np.argmin((high - low).sum(axis=0) / np.maximum(np.ptp(low, axis=0), 1e-300)))
+    spread = np.ptp(low, axis=0)
+    axis = int(np.argmin(np.divide((high - low).sum(axis=0), spread, out=np.full(3, np.inf), where=spread > 0)))
     order = np.argsort(low[:, axis], kind="stable")
     low, high = low[order], high[order] + tolerance
     count = np.searchsorted(low[:, axis], high[:, axis], side="right") - np.arange(len(low)) - 1

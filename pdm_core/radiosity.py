@@ -34,6 +34,7 @@ CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose wh
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 SURE = 0.7  # lower than what was found asks for: the halves of what is split have errors of their own
 MAX_ROUNDS = 12  # refinements towards one target
+TIGHTER, TIGHTEST = 0.03, 1e-5  # tolerance of the solver, of the last, where its rest is most of the error; the least
 MAX_KRYLOV = 60
 CANCELLED = 0.25  # of what direct light makes alone, that is left where indirect light takes it back
 AMPLIFIED = 0.03  # relative residual in solving for an error
@@ -125,7 +126,7 @@ class _State:
         self.rows, self.density, self.full = Rows(), 1.0, False  # the part of all nodes that blocks of rows use
         self.cramped = False  # less was refined than asked for, lest the memory get full
         self.link_target, self.sharpness = None, 1.0
-        self.measured = False
+        self.measured, self.solver_share = False, 1.0
         self.optimism = 1.0  # error measured by residuals, of the error the surpluses promise
         self.exact, self.remembered, self.looks = {}, {}, []
 
@@ -361,7 +362,7 @@ class _State:
         self.looks.append(Look(surface, points, weight, Rows(blocks, len(points)), fractions))
 
     def amplify(self):
-        """What the scene makes of the error of its sources: solved for like light itself; yields."""
+        """What the scene makes of errors of its sources and of what the solver left: solved for like light; yields."""
         own = self.sent.node_surface
         rho = self.scene.reflectance[own]
 
@@ -375,13 +376,16 @@ class _State:
 
         lit = self.rows.times(rho * source_defect(self.sent, self.lit))
         indirect = self.rows.times(rho * self.spread(source_defect(self.field, self.indirect)))
-        right = np.concatenate([lit, lit + indirect], axis=1)
-        rho = np.tile(rho, 2)
+        unsolved = self.rows.times(rho * (self.lit + self.spread(self.indirect)) + self.added[own]) - self.indirect
+        right = np.concatenate([lit, lit + indirect, unsolved], axis=1)
+        rho = np.tile(rho, 3)
         error = (yield from gmres(scatter, right, np.zeros_like(right), AMPLIFIED, MAX_KRYLOV))[0]
         rho = rho[:, :3]
         # bends of direct and of indirect light may cancel, but are not known well enough to rely on it
         self.amplified_light = size(error[:, :3])
-        self.amplified = float(np.hypot(size(error[:, 3:]), CANCELLED * self.amplified_light))
+        self.amplified_rest = size(error[:, 6:])
+        bend = np.hypot(size(error[:, 3:6]), CANCELLED * self.amplified_light)
+        self.amplified = float(np.hypot(bend, self.amplified_rest))
 
     def judge(self):
         """Error and its parts from the points looked at -> Residual."""
@@ -446,11 +450,14 @@ class _State:
 
     def straighten(self):
         """Where errors that the scene amplifies are most of all: split the cells, of direct light or of the field, over
-        which the sources bend; False where not, or where the memory is full."""
+        which the sources bend, or solve better; False where not, or where there is no more to gain."""
         parts = self.error_parts
         stiff = parts.get("stiff", 0.0) >= max((v for k, v in parts.items() if k != "stiff"), default=np.inf)
         if not (self.checked and stiff):
             return False
+        if self.amplified_rest > self.amplified / 2:
+            self.solver_share *= TIGHTER
+            return self.solver_share > TIGHTEST
         light = self.amplified_light > self.amplified / 2
         f, value = (self.sent, self.lit) if light else (self.field, self.indirect)
         bend = bends(f, self.scene.reflectance[f.node_surface] * value)
@@ -609,7 +616,7 @@ def _round(state, target, last):
     yield from state.extend()
     if state.full:
         return
-    yield from state.solve(SOLVER_SHARE * target)
+    yield from state.solve(SOLVER_SHARE * state.solver_share * target)
     yield from state.divide(target)
     promised = SAFETY * state.optimism * state.promised * state.norm / max(state.scale, 1e-300)
     state.checked = last or promised <= target or state.rows.bytes > MEMORY / 2
