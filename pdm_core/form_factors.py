@@ -31,6 +31,7 @@ CURVES = 64  # most kinks of one surface that the rule is broken at
 SAME = 1e-9  # difference of curves, and of breaks between them, that counts as none
 CELLS = 20000  # most cells of one surface
 FIRST = {True: (1, 1), False: (2, 4)}  # cells a surface starts with: planes, spheres
+PEAKS = 16.0, 4.0  # sizes of surfaces, and of cells, of their distance from a target whose peak their nodes may miss
 SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
 GAIN = 1.0  # how much better four children may be trusted to be than their difference from their parent
 ROUNDING = 1e-15
@@ -70,6 +71,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     factors, error = np.zeros((n, n)), np.zeros((n, n))
     i, j = (a.ravel() for a in np.indices((n, n)))
     hidden = shafts.candidates(i, j)
+    hidden[(i == j) & ~shafts.inside[i]] = -1  # what does not see itself is not hidden from itself
     occluded = (hidden >= 0).any(axis=1).reshape(n, n) if hidden.size else np.zeros((n, n), bool)
     planes = np.array([isinstance(s.shape, Plane) for s in scene.surfaces])
     pairwise = planes & ~occluded.any(axis=1) & np.isin(np.arange(n), wanted)
@@ -79,13 +81,28 @@ def form_factors(scene, rtol=1e-4, rows=None):
         if len(targets):
             lists = hidden.reshape(n, n, -1)[row, targets]
             curves = _kinks(scene, row, targets, lists)
-            if curves is None:
+            if curves is None or _peaked(scene, row, np.zeros((1, 2)), np.ones(2), targets, PEAKS[0]).any():
                 value, wrong = _row(scene, shafts, row, targets, lists, rtol, counts)
             else:
                 value, wrong = _broken_row(scene, shafts, row, targets, lists, curves, rtol, counts)
             factors[row, targets], error[row, targets] = value, wrong
-    factors, error = factors[wanted], error[wanted]
-    return FormFactors(factors, 1 - factors.sum(axis=1), error, time.perf_counter() - start, counts)
+    background = 1 - factors.sum(axis=1)  # by rows as they were integrated, which close exactly
+    _reciprocal(scene, np.unique(wanted), factors, error)
+    background, factors, error = background[wanted], factors[wanted], error[wanted]
+    return FormFactors(factors, background, error, time.perf_counter() - start, counts)
+
+
+def _reciprocal(scene, rows, factors, error):
+    """Of pairs that were integrated from both sides take what is known better, in place, and no error below what the
+    two differ by."""
+    area = scene.areas[rows, None]
+    one, bound = area * factors[np.ix_(rows, rows)], area * error[np.ix_(rows, rows)]
+    differ = np.abs(one - one.T) > bound + bound.T + ROUNDING * (area + area.T)
+    bound = np.where(differ, np.maximum(bound, np.abs(one - one.T)), bound)
+    # who is wrong is not known where they differ: the smaller surface has the smoother integrand
+    other = differ & ((area > area.T) | ((area == area.T) & (bound > bound.T)))
+    factors[np.ix_(rows, rows)] = np.where(other, one.T, one) / area
+    error[np.ix_(rows, rows)] = bound / area
 
 
 def _closed_pairs(scene, rows, columns, factors, error, counts):
@@ -120,6 +137,7 @@ def _row(scene, shafts, row, targets, hidden, rtol, counts):
         # a cell may err by its share of the goal; the rest is split again. The shares count cells, not area:
         # the trouble sits on lines, where ever smaller cells must be allowed ever smaller errors
         bad = (difference > SHARE * (goal - wrong).clip(0) / np.sqrt(len(corner)) + ROUNDING).any(axis=1)
+        bad |= _peaked(scene, row, corner, 2 * size, targets, PEAKS[1])
         if spent + 4 * 4 * bad.sum() > CELLS:
             bad[:] = False
         total += summed[~bad].sum(axis=0)
@@ -128,6 +146,17 @@ def _row(scene, shafts, row, targets, hidden, rtol, counts):
             return total, wrong + ROUNDING
         bad = np.repeat(bad, 4)
         corner, value = child[bad], finer[bad]
+
+
+def _peaked(scene, row, corner, size, targets, ratio):
+    """Whether cells (c, 2) of one size are larger than `ratio` times their distance from a target smaller than they:
+    its factor may peak between their nodes -> (c,)"""
+    middle = parametric(scene.surfaces[row], corner + size / 2)[0]
+    ends = parametric(scene.surfaces[row], np.concatenate([corner, corner + size]))[0]
+    reach = np.linalg.norm(ends[len(corner) :] - ends[: len(corner)], axis=1)[:, None]
+    centre, radius = (np.array(part) for part in zip(*(scene.surfaces[k].shape.bounds for k in targets)))
+    away = np.linalg.norm(middle[:, None] - centre, axis=2)
+    return (reach > ratio * np.maximum(away - reach / 2, radius)).any(axis=1)
 
 
 def _cells(scene, shafts, row, corner, size, targets, hidden, counts):

@@ -84,7 +84,8 @@ def test_seed_room_against_its_exact_values(rtol, within):
 def test_rows_alone_are_those_of_the_whole():
     scene = scene_of([*cube_planes(), Sphere.at((0.5, 0, 0), 1)])
     whole, some = form_factors(scene, 1e-3), form_factors(scene, 1e-3, rows=[6, 0])
-    assert (some.F == whole.F[[6, 0]]).all() and (some.background == whole.background[[6, 0]]).all()
+    assert (some.background == whole.background[[6, 0]]).all()
+    assert (np.abs(some.F - whole.F[[6, 0]]) <= whole.error[[6, 0]]).all()  # whole: from the better side of each pair
     with pytest.raises(SceneError, match="rows"):
         form_factors(scene, 1e-3, rows=[7])
 
