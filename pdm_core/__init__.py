@@ -1,9 +1,10 @@
 """Diffuse light between exact planes and spheres: form factors, radiosity, gathering. Needs numpy only."""
 
+from .checked import SceneError
 from .form_factors import FormFactors, form_factors, pdm_form_factor
 from .plan import Plan, plan
 from .radiosity import Progress, Solution, solve, solve_steps
-from .scene import Plane, Scene, SceneError, Sphere, Surface
+from .scene import Plane, Scene, Sphere, Surface
 
 __all__ = [
     "FormFactors",

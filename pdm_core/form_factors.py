@@ -17,10 +17,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .checked import SceneError, array, index, number
 from .closed_forms import aligned_rectangles
 from .contacts import contacts_of, settle
 from .numerics import gauss_legendre, gauss_square
-from .scene import Plane, SceneError, Sphere, Surface
+from .scene import Plane, Scene, Sphere, Surface
 from .view import ShapeTable, segment_blocked, visible_factors
 from .visibility import Shafts
 
@@ -59,11 +60,14 @@ def form_factors(scene, rtol=1e-4, rows=None):
     rows: indices of the surfaces to leave from, if not all; the arrays then have these rows alone. The errors are
     what was reached, estimated from the last refinement; a surface stops at CELLS cells.
     """
-    if not 0 < rtol < 1:
-        raise SceneError(f"form_factors: rtol is {rtol}; use a number between 0 and 1")
-    wanted = np.arange(len(scene)) if rows is None else np.asarray(rows, int).reshape(-1)
-    if (wanted < 0).any() or (wanted >= len(scene)).any():
-        raise SceneError(f"form_factors: rows are {rows}; use indices of surfaces, 0 to {len(scene) - 1}")
+    if not isinstance(scene, Scene):
+        raise SceneError(f"form_factors needs a Scene, not {scene!r}")
+    rtol = number(rtol, "form_factors: rtol", "a number between 0 and 1", 0, 1)
+    every = range(len(scene)) if rows is None else array(rows, "form_factors: rows").ravel()
+    rows = [int(k) if k == int(k) else k for k in every if np.isfinite(k)] if len(every) else []
+    wanted = np.array([index(k, len(scene), "form_factors: one of rows") for k in rows], int)
+    if len(wanted) < len(every):
+        raise SceneError("form_factors: rows are not all finite; use indices of surfaces")
     start = time.perf_counter()
     scene = settle(scene)[0]
     shafts, counts = Shafts(scene), Counter()
@@ -323,12 +327,12 @@ def _from_points(scene, shafts, row, points, normals, targets, hidden, kind, cou
         source = corners[b] if kind == "plane" else None
         groups = [(slice(None), shape[b])] if kind != "inside" else [(b == q, shape[q]) for q in np.unique(b)]
         value = np.empty(len(a))
-        for pick, index in groups:
+        for pick, shapes in groups:
             value[pick] = visible_factors(
                 shafts.table,
                 points[a][pick],
                 normals[a][pick],
-                index,
+                shapes,
                 source,
                 hidden[b][pick],
                 kind == "inside",
@@ -374,11 +378,13 @@ def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occl
     for surface in (a, b):
         if not isinstance(surface, Surface):
             raise SceneError(f"pdm_form_factor takes two Surfaces, not {surface!r}")
-    for shape in occluders:
-        if not isinstance(shape, Plane | Sphere):
-            raise SceneError(f"pdm_form_factor: occluder {shape!r} is not a Plane or Sphere")
-    if min(*divisions_a, *divisions_b, points) < 1:
-        raise SceneError("pdm_form_factor: divisions and points must be at least 1")
+    if not isinstance(occluders, tuple | list) or not all(isinstance(shape, Plane | Sphere) for shape in occluders):
+        raise SceneError(f"pdm_form_factor: occluders are {occluders!r}; give a list of Planes and Spheres")
+    counts = [array(k, "pdm_form_factor: divisions and points") for k in (divisions_a, divisions_b, points)]
+    whole = all(np.isfinite(k).all() and (k == np.floor(k)).all() and (k >= 1).all() for k in counts)
+    if [k.shape for k in counts] != [(2,), (2,), ()] or not whole:
+        raise SceneError("pdm_form_factor: divisions must be two whole numbers each, points one, all at least 1")
+    divisions_a, divisions_b, points = (k.astype(int).tolist() for k in counts)
     pa, na = patch_samples(a, divisions_a, points)
     pb, nb = patch_samples(b, divisions_b, points)
     table = ShapeTable(tuple(occluders)) if occluders else None

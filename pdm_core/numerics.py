@@ -51,26 +51,33 @@ class Rows:
     def bytes(self):
         return sum(block.values.nbytes for block in self.blocks)
 
+    def _scale(self, value):
+        """(c,) What columns are divided by, lest single precision round them away."""
+        size = np.abs(value).max(axis=0, initial=0)
+        return np.where(size > 0, size, 1.0)
+
     def times(self, value):
         """value (n columns, c) -> (n rows, c)"""
-        out, value = np.zeros((self.count, value.shape[1])), value.astype(np.float32)
+        out, scale = np.zeros((self.count, value.shape[1])), self._scale(value)
+        value = (value / scale).astype(np.float32)
         for block in self.blocks:
             out[block.rows] = block.values @ value.take(block.columns, axis=0)
-        return out
+        return out * scale
 
     def times_by_part(self, value, part, count):
         """value (n columns, c), split by the part (n columns,) that columns belong to -> (n rows, count, c).
 
         A generator with a sign of life a block.
         """
-        out, value = np.zeros((self.count, count, value.shape[1])), value.astype(np.float32)
+        out, scale = np.zeros((self.count, count, value.shape[1])), self._scale(value)
+        value = (value / scale).astype(np.float32)
         for block in self.blocks:
             own = part[block.columns]
             start = np.flatnonzero(np.diff(own, prepend=-1))
             for k, low, high in zip(own[start], start, np.append(start[1:], len(own))):
                 out[block.rows, k] = block.values[:, low:high] @ value[block.columns[low:high]]
             yield
-        return out
+        return out * scale
 
 
 def gmres(apply, right, guess, tolerance, most):

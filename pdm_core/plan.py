@@ -4,7 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .checked import SceneError, number
+from .contacts import settle
 from .field import first_nodes
+from .scene import Scene
 from .visibility import Shafts
 
 MEMORY = 1.4e9  # bytes for the light between the nodes; all of a run stays below 2 GB
@@ -26,9 +29,12 @@ class Plan:
         return "\n".join(self.lines)
 
 
-def plan(scene, shafts=None):
-    """scene -> Plan; shafts: the scene's Shafts if they are there already"""
-    shafts = Shafts(scene) if shafts is None else shafts
+def plan(scene, target_error=1e-2, shafts=None):
+    """scene, target of the radiance's relative error -> Plan; shafts: the scene's Shafts if they are there already"""
+    if not isinstance(scene, Scene):
+        raise SceneError(f"plan needs a Scene, not {scene!r}")
+    target = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
+    shafts = Shafts(settle(scene)[0]) if shafts is None else shafts
     lights = int((scene.emission > 0).any(axis=1).sum())
     black = int((scene.reflectance == 0).all(axis=1).sum())
     reached = reached_by_light(scene, shafts)
@@ -43,7 +49,7 @@ def plan(scene, shafts=None):
     nodes = first_nodes(scene)
     result = Plan(reached=reached)
     say = result.lines.append
-    say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}")
+    say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
     if black:
         say(f"black surfaces, which send nothing on: {black}")
     if not lights and not (scene.background > 0).any():

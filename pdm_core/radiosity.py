@@ -10,13 +10,14 @@ from collections import Counter, deque, namedtuple
 
 import numpy as np
 
+from .checked import SceneError, index, number, vectors
 from .contacts import contacts_of, settle, settled_again
 from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, source_defect
 from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
-from .scene import Scene, SceneError
+from .scene import Scene, unit
 from .visibility import Factors, Shafts
 
 Progress = namedtuple("Progress", "fraction error seconds")
@@ -66,12 +67,13 @@ class Solution:
 
     def radiance(self, surface_index, points):
         """points (n, 3) m, projected onto the surface -> outgoing radiance (n, 3)"""
-        surface = self.scene.surfaces[surface_index]
+        surface = self.scene.surfaces[index(surface_index, len(self.scene), "surface_index")]
         return surface.emission + surface.reflectance * self.incident(surface_index, points)
 
     def incident(self, surface_index, points):
         """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side"""
-        points = np.asarray(points, float).reshape(-1, 3) - self._state.origin
+        index(surface_index, len(self.scene), "surface_index")
+        points = vectors(points, "points") - self._state.origin
         out = np.empty((len(points), 3))
         for start in range(0, len(points), EVALUATE):
             part = slice(start, start + EVALUATE)
@@ -79,8 +81,13 @@ class Solution:
         return np.maximum(out, 0.0)
 
     def irradiance(self, points, normals):
-        """points (n, 3) m, unit normals (n, 3), anywhere in space -> irradiance / pi (n, 3)"""
-        points, normals = np.asarray(points, float).reshape(-1, 3), np.asarray(normals, float).reshape(-1, 3)
+        """points (n, 3) m, normals (n, 3) of any length but 0, anywhere in space -> irradiance / pi (n, 3)"""
+        points, normals = vectors(points, "points"), vectors(normals, "normals")
+        if len(points) != len(normals):
+            raise SceneError(f"irradiance: {len(points)} points but {len(normals)} normals; give one each")
+        normals = unit(normals / np.maximum(np.abs(normals).max(axis=1, keepdims=True), 1e-300))
+        if not normals.any(axis=1).all():
+            raise SceneError("irradiance: a normal is zero; give it a direction")
         points, free = points - self._state.origin, np.full(len(points), -1)
         indirect = self._state.gathered(points, normals, free, self._state.link_tolerance)
         return indirect + self._state.direct(points, normals, free)
@@ -99,13 +106,13 @@ class Solution:
 class _State:
     """Everything a solution grows from."""
 
-    def __init__(self, scene):
+    def __init__(self, scene, target_error=1e-2):
         self.given, self.started = scene, time.perf_counter()
         scene, self.origin = settle(scene)
         self.scene = scene
         self.counts = Counter()
         self.factors = Factors(scene, Shafts(scene), self.counts)
-        self.plan = plan(scene, self.factors.shafts)
+        self.plan = plan(scene, target_error, shafts=self.factors.shafts)
         nodes, most = self.plan.counts["nodes"], int(np.sqrt(MEMORY / 4))
         if nodes > most:
             raise SceneError(
@@ -520,8 +527,8 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
 
     target_error: of the radiance, relative L2 over all surfaces, of L - Le. time_limit: seconds, None for none.
     """
-    _check(scene, target_error, time_limit)
-    state, best = _State(scene), None
+    target_error, time_limit = _check(scene, target_error, time_limit)
+    state, best = _State(scene, target_error), None
     state.grow(state.sent.leaves[:0])
     for target, final in _ladder(target_error):
         state.samples = SAMPLES if target == target_error else SAMPLES // 2
@@ -556,6 +563,8 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
 
 def solve(scene, target_error=1e-2, time_limit=None, progress=None):
     """Solution of the scene; progress(fraction, error, seconds) is called at least ten times a second."""
+    if progress is not None and not callable(progress):
+        raise SceneError(f"progress is {progress!r}; give a function of (fraction, error, seconds), or None")
     steps = solve_steps(scene, target_error, time_limit)
     while True:
         try:
@@ -569,10 +578,10 @@ def solve(scene, target_error=1e-2, time_limit=None, progress=None):
 def _check(scene, target_error, time_limit):
     if not isinstance(scene, Scene):
         raise SceneError(f"solve needs a Scene, not {scene!r}")
-    if not (np.isfinite(target_error) and target_error > 0):
-        raise SceneError(f"target_error is {target_error!r}; use a number above 0 such as 0.01")
-    if time_limit is not None and not time_limit > 0:
-        raise SceneError(f"time_limit is {time_limit!r}; use seconds above 0, or None for no limit")
+    target_error = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
+    if time_limit is not None:
+        time_limit = number(time_limit, "time_limit", "seconds above 0, or None for no limit", above=0)
+    return target_error, time_limit
 
 
 def _ladder(target_error):
@@ -626,6 +635,8 @@ def _round(state, target, last):
 
 def _relit(old, scene):
     """Solution of old's shapes under other light, from its stored rows and factors."""
+    if not isinstance(scene, Scene):
+        raise SceneError(f"relight needs a Scene, not {scene!r}")
     same = len(scene) == len(old.given) and all(
         a.shape is b.shape and a.side == b.side for a, b in zip(scene.surfaces, old.given.surfaces)
     )

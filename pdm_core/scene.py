@@ -8,25 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
+from .checked import LEAST, MOST, SceneError, colour, number, vector
+
 MAX_REFLECTANCE = 0.999999  # at 1 an enclosed light has no steady state
 FLATTEST = 1e-9  # a shape thinner than this part of its extent has no usable area or inside
 ROUNDINGS = 4  # of a coordinate: two shapes' own, through a matrix each
+COARSEST = 1e-3  # relative rounding of coordinates beyond which no scene is left
+LOST = 2.0  # tolerances: a shape no larger is not told from none
 ARITHMETIC = 16 * 2**-53  # relative to the extent: what our own sums and products of coordinates lose
-
-
-class SceneError(ValueError):
-    """Invalid input; the message names the surface and says what to do."""
-
-
-def _vector(value, shape, what):
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise SceneError(f"{what} must be {shape} numbers, not {value!r}") from error
-    if array.shape != shape:
-        raise SceneError(f"{what} must have shape {shape}, not {array.shape}")
-    array.flags.writeable = False
-    return array
 
 
 def tolerance_of(shapes, rounding=2**-53):
@@ -70,9 +59,9 @@ class Plane(_Shape):
     """
 
     def __init__(self, corner, u, v):
-        self.origin = _vector(corner, (3,), "Plane corner")
-        self.u = _vector(u, (3,), "Plane u")
-        self.v = _vector(v, (3,), "Plane v")
+        self.origin = vector(corner, (3,), "Plane corner")
+        self.u = vector(u, (3,), "Plane u")
+        self.v = vector(v, (3,), "Plane v")
 
     @classmethod
     def through(cls, corners):
@@ -124,6 +113,11 @@ class Plane(_Shape):
         local[:, 2] = 0.0
         return self.world(local)
 
+    @cached_property
+    def thickness(self):
+        """m; the lesser distance of two opposite edges."""
+        return self.area / float(max(np.linalg.norm(self.u), np.linalg.norm(self.v)))
+
     def normals(self, points):
         """Unit normals (n, 3) of the front at points (n, 3)."""
         return np.broadcast_to(self.normal, (len(points), 3))
@@ -142,16 +136,17 @@ class Sphere(_Shape):
     """An affine image of the unit sphere (ellipsoids too), given by a 4x4 matrix. Its front is outside."""
 
     def __init__(self, matrix):
-        self.matrix = _vector(matrix, (4, 4), "Sphere matrix")
+        self.matrix = vector(matrix, (4, 4), "Sphere matrix")
         self.origin = self.matrix[:3, 3]
         self.linear = self.matrix[:3, :3]
 
     @classmethod
     def at(cls, center, radius):
         """The round sphere at center (3,) m with radius m."""
+        radius = number(radius, "Sphere radius", "metres above 0", above=0)
         matrix = np.eye(4)
         matrix[:3, :3] *= radius
-        matrix[:3, 3] = center
+        matrix[:3, 3] = vector(center, (3,), "Sphere center")
         return cls(matrix)
 
     def __repr__(self):
@@ -183,6 +178,11 @@ class Sphere(_Shape):
         length = np.linalg.norm(local, axis=1, keepdims=True)
         local = np.where(length > 0, local / np.where(length > 0, length, 1.0), [0.0, 0.0, 1.0])
         return self.world(local)
+
+    @property
+    def thickness(self):
+        """m; twice the shortest semi-axis."""
+        return 2 * float(self.semi_axes[2])
 
     def normals(self, points):
         """Unit outward normals (n, 3) at points (n, 3)."""
@@ -235,19 +235,17 @@ class Surface:
     name: str = ""
 
     def __post_init__(self):
+        if not isinstance(self.name, str):
+            raise SceneError(f"A surface's name is {self.name!r}; use a string")
         label = f"Surface {self.name!r}" if self.name else "A surface without a name"
         if not isinstance(self.shape, Plane | Sphere):
             raise SceneError(f"{label}: its shape is {self.shape!r}; give a Plane or a Sphere")
         if problem := self.shape.problem():
             raise SceneError(f"{label}: {problem}")
-        if self.side not in ("front", "back"):
+        if not isinstance(self.side, str) or self.side not in ("front", "back"):
             raise SceneError(f"{label}: side is {self.side!r}; use 'front' or 'back'")
         for what in ("reflectance", "emission"):
-            value = getattr(self, what)
-            value = _vector([value] * 3 if np.ndim(value) == 0 else value, (3,), f"{label}: {what}")
-            if not (np.isfinite(value).all() and (value >= 0).all()):
-                raise SceneError(f"{label}: {what} is {value.tolist()}; use finite numbers of at least 0")
-            object.__setattr__(self, what, value)
+            object.__setattr__(self, what, colour(getattr(self, what), f"{label}: {what}"))
         if (self.reflectance >= 1).any():
             raise SceneError(
                 f"{label}: reflectance is {self.reflectance.tolist()}; use numbers below 1, at most {MAX_REFLECTANCE}"
@@ -283,15 +281,17 @@ class Scene:
     shape_of: np.ndarray = field(init=False)  # (n surfaces,) index into shapes
 
     def __post_init__(self):
-        surfaces = tuple(self.surfaces)
+        try:
+            surfaces = tuple(self.surfaces)
+        except TypeError:
+            raise SceneError(f"Scene: surfaces are {self.surfaces!r}; give a list of Surfaces") from None
         if not surfaces:
             raise SceneError("The scene has no surfaces; add at least one plane or UV sphere")
         for surface in surfaces:
             if not isinstance(surface, Surface):
                 raise SceneError(f"Scene: {surface!r} is not a Surface")
-        background = _vector(self.background, (3,), "Scene background")
-        if not (np.isfinite(background).all() and (background >= 0).all()):
-            raise SceneError(f"Scene background is {background.tolist()}; use finite numbers of at least 0")
+        background = colour(self.background, "Scene background")
+        rounding = number(self.rounding, "Scene rounding", "a relative one such as 2**-53 or 2**-24", 0, COARSEST)
         shapes = {id(s.shape): s.shape for s in surfaces}
         order = {key: k for k, key in enumerate(shapes)}
         sides = {}
@@ -304,10 +304,17 @@ class Scene:
             sides[key] = surface.name
         object.__setattr__(self, "surfaces", surfaces)
         object.__setattr__(self, "background", background)
+        object.__setattr__(self, "rounding", rounding)
         object.__setattr__(self, "shapes", tuple(shapes.values()))
         object.__setattr__(self, "shape_of", np.array([order[id(s.shape)] for s in surfaces]))
-        if not np.isfinite(self.size) or any(s.area <= 0 or not np.isfinite(s.area) for s in self.shapes):
-            raise SceneError("Scene: its extent overflows double precision; scale it to metres of ordinary size")
+        if not LEAST < self.size < MOST or not all(LEAST**2 < s.area for s in self.shapes):
+            raise SceneError(f"Scene: its extent is {self.size:g} m; scale it to metres of ordinary size")
+        for surface in surfaces:
+            if surface.shape.thickness < LOST * self.tolerance:
+                raise SceneError(
+                    f"Surface {surface.name!r} is {surface.shape.thickness:.2g} m small where coordinates are known to "
+                    f"{self.tolerance:.2g} m; move the scene nearer to the origin or leave it out"
+                )
 
     def __len__(self):
         return len(self.surfaces)

@@ -211,8 +211,8 @@ def test_what_the_plan_leaves_out_changes_nothing(grey, monkeypatch):
     assert lean.plan.counts["channels"] == (1 if grey else 3) and lean.plan.counts["dark"] >= 1
     planned = radiosity.plan
 
-    def everything(scene, shafts):
-        result = planned(scene, shafts)
+    def everything(*given, **known):
+        result = planned(*given, **known)
         result.reached[:] = True
         return result
 

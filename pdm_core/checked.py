@@ -1,0 +1,69 @@
+"""What users hand over, checked on entry: numbers, colours, points, indices; anything else is a SceneError."""
+
+import numpy as np
+
+LEAST, MOST = 1e-30, 1e30  # magnitudes that single precision still holds with room for products
+
+
+class SceneError(ValueError):
+    """Invalid input; the message names the surface and says what to do."""
+
+
+def array(value, what):
+    """Real numbers of any shape as a float64 array."""
+    try:
+        out = np.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{what} must be numbers, not {value!r}") from error
+    if out.dtype.kind not in "iuf" and not (out.size == 0 and out.dtype.kind != "O"):
+        raise SceneError(f"{what} must be real numbers, not {value!r}")
+    return out.astype(np.float64)
+
+
+def vector(value, shape, what):
+    """Real numbers of that shape, read-only."""
+    out = array(value, what)
+    if out.shape != shape:
+        raise SceneError(f"{what} must have shape {shape}, not {out.shape}")
+    out.flags.writeable = False
+    return out
+
+
+def number(value, what, advice, above=-np.inf, below=np.inf):
+    """A float strictly between two bounds."""
+    out = array(value, what)
+    if out.shape != () or not above < float(out) < below:
+        raise SceneError(f"{what} is {value!r}; use {advice}")
+    return float(out)
+
+
+def colour(value, what):
+    """(3,) finite and at least 0; one number stands for three equal channels."""
+    out = array(value, what)
+    out = np.repeat(out, 3) if out.shape == () else out
+    if out.shape != (3,):
+        raise SceneError(f"{what} must be 1 or 3 numbers, not of shape {out.shape}")
+    if not (np.isfinite(out).all() and (out >= 0).all()):
+        raise SceneError(f"{what} is {out.tolist()}; use finite numbers of at least 0")
+    if ((out > 0) & ((out < LEAST) | (out > MOST))).any():
+        raise SceneError(f"{what} is {out.tolist()}; use 0 or numbers from {LEAST:g} to {MOST:g}")
+    out.flags.writeable = False
+    return out
+
+
+def vectors(value, what):
+    """(n, 3) finite; one of shape (3,) counts as one row."""
+    out = array(value, what)
+    out = out[None] if out.shape == (3,) else out.reshape(0, 3) if out.size == 0 else out
+    if out.ndim != 2 or out.shape[1] != 3:
+        raise SceneError(f"{what} must have shape (n, 3), not {out.shape}")
+    if not np.isfinite(out).all():
+        raise SceneError(f"{what} are not all finite; leave out those with NaN or infinity")
+    return out
+
+
+def index(value, count, what):
+    """An index from 0 to count - 1."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer) or not 0 <= value < count:
+        raise SceneError(f"{what} is {value!r}; use an index from 0 to {count - 1}")
+    return int(value)
