@@ -3,7 +3,7 @@
 import bpy
 
 from . import command_line
-from .bake_operator import PDM_OT_bake, PDM_OT_scan
+from .bake_operator import PDM_OT_bake, PDM_OT_scan, stop_bake
 from .settings import PDM_PG_scene
 
 CLASSES = (PDM_PG_scene, PDM_OT_bake, PDM_OT_scan)
@@ -17,6 +17,7 @@ def register():
 
 
 def unregister():
+    stop_bake(bpy.context)
     command_line.unregister()
     del bpy.types.Scene.pdm_radiosity
     for cls in reversed(CLASSES):

@@ -12,6 +12,7 @@ from .bake_points import bake_points
 from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .read_scene import read_scene
+from .render_visible import render_visible
 from .report import bake_report
 
 Stage = namedtuple("Stage", "text fraction error")  # error: the current estimated relative error
@@ -44,8 +45,9 @@ def bake_steps(context, settings):
     check_name(settings.attribute)
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
-        reading = read_scene(context, settings.objects)
+        reading = read_scene(context, settings.objects, {settings.attribute, *baked_before(context.scene)})
         targets = _targets(reading, settings)
+        _check_light(context, reading)
         points = [bake_points(target, settings.domain) for target in targets]
     with _timed(seconds, "solve"):
         solution = yield from _solve(reading.scene, settings, seconds["read"])
@@ -60,8 +62,31 @@ def bake_steps(context, settings):
             Colours(target.name, p.domain, p.colours(v * 2.0**settings.exposure))
             for target, p, v in zip(targets, points, values, strict=True)
         ]
-        write_colours(items, settings.attribute, settings.data_type)
-    return bake_report(context, settings, reading, solution, between, items, seconds)
+        undo = write_colours(items, settings.attribute, settings.data_type)
+    try:
+        report = bake_report(context, settings, reading, solution, between, items, seconds)
+        context.scene.pdm_radiosity.keep(report)
+    except Exception:
+        undo()
+        raise
+    return report
+
+
+def baked_before(scene):
+    """Names of the colour attributes that the last bake of the scene wrote."""
+    last = scene.pdm_radiosity.report()
+    return {last["settings"]["attribute"]} if last else set()
+
+
+def _check_light(context, reading):
+    """Raises BakeError where nothing shines, before the work."""
+    if (reading.scene.emission > 0).any() or (reading.scene.background > 0).any():
+        return
+    lamps = [obj.name for obj in render_visible(context.view_layer) if obj.type == "LIGHT"]
+    left_out = f"Blender's lights ({lamps[0]!r}) are left out; " if lamps else ""
+    raise BakeError(
+        f"Nothing shines: {left_out}give an object a material that emits, or the world a colour above black"
+    )
 
 
 def run(steps, progress=None):

@@ -26,6 +26,7 @@ class PDM_OT_bake(BakeProperties, Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     stage = None  # the running bake's Stage, for the sidebar; on the class: one bake runs at a time
+    running = None  # (steps, timer) of that bake
 
     @classmethod
     def poll(cls, context):
@@ -44,10 +45,13 @@ class PDM_OT_bake(BakeProperties, Operator):
         self.steps = bake_steps(context, self.settings())
         PDM_OT_bake.stage = Stage("Reading the scene", 0.0, float("inf"))
         self.timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        PDM_OT_bake.running = self.steps, self.timer
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
+        if PDM_OT_bake.running is None or PDM_OT_bake.running[0] is not self.steps:
+            return {"CANCELLED"}  # the add-on was disabled meanwhile
         if event.type == "ESC":
             self.cancel(context)
             self.report({"INFO"}, "Bake cancelled, nothing was changed")
@@ -79,16 +83,13 @@ class PDM_OT_bake(BakeProperties, Operator):
 
     def cancel(self, context):
         """Also called by Blender, when the window closes or another file is loaded."""
-        self.steps.close()
-        context.window_manager.event_timer_remove(self.timer)
-        PDM_OT_bake.stage = None
+        stop_bake(context)
         redraw_sidebars(context)
 
     def settings(self):
         return BakeSettings(**{name: getattr(self, name) for name in SETTING_NAMES})
 
     def finish(self, context, report):
-        context.scene.pdm_radiosity.keep(report)
         for warning in report["warnings"]:
             self.report({"WARNING"}, warning)
         self.report({"INFO"}, one_line(report))
@@ -97,6 +98,15 @@ class PDM_OT_bake(BakeProperties, Operator):
     def fail(self, error):
         self.report({"ERROR"}, str(error))
         return {"CANCELLED"}
+
+
+def stop_bake(context):
+    """Ends the bake that runs in a window, if any: nothing of it is kept. Also when the add-on is disabled."""
+    if PDM_OT_bake.running is not None:
+        steps, timer = PDM_OT_bake.running
+        steps.close()
+        context.window_manager.event_timer_remove(timer)
+    PDM_OT_bake.stage = PDM_OT_bake.running = None
 
 
 class PDM_OT_scan(Operator):

@@ -66,22 +66,38 @@ def check_target(obj, name):
 def write_colours(items, name, data_type):
     """Writes `items`, a list of Colours, as attribute `name`, active in viewport and render.
 
-    All or none: where one fails the meshes already written are put back, and BakeError is raised.
+    All or none: where one fails the meshes already written are put back, and BakeError is raised. Returns a function
+    that puts all back, for who fails later.
     """
     done = []
+
+    def undo():
+        for mesh, saved in reversed(done):
+            _restore(mesh, name, saved)
+
+    _check_finite(items)
     try:
         for item in items:
             obj = _find(item, name)
             done.append((obj.data, _save(obj.data, name)))
             _write(obj.data, name, data_type, item.domain, item.colours)
     except Exception as error:
-        for mesh, saved in reversed(done):
-            _restore(mesh, name, saved)
+        undo()
         if isinstance(error, BakeError):
             raise
         raise BakeError(
             f"Object {item.object_name!r}: writing its colours failed ({error}); nothing was changed"
         ) from error
+    return undo
+
+
+def _check_finite(items):
+    for item in items:
+        if not np.isfinite(item.colours).all():
+            raise BakeError(
+                f"Object {item.object_name!r}: its colours came out not finite after evaluation; nothing was changed. "
+                "Lower the exposure; if that does not help, report this with the file"
+            )
 
 
 def _is_colour(attribute):

@@ -3,8 +3,10 @@
 import argparse
 import json
 import os
+import signal
 import sys
 import time
+from contextlib import contextmanager
 
 import bpy
 
@@ -15,7 +17,8 @@ from .render_image import render_image
 from .report import one_line, percent, version
 from .settings import SETTING_NAMES, BakeProperties
 
-DONE, FAILED, USAGE = 0, 1, 2
+DONE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+PNG_END = b"IEND\xaeB`\x82"
 PROGRESS_SECONDS = 0.5  # between two lines on stderr
 
 _commands = []
@@ -31,7 +34,7 @@ def unregister():
 
 
 def main(argv):
-    """argv: the words after `pdm`. Works on the file that is open. Returns 0 done, 1 failed, 2 wrong usage."""
+    """argv: the words after `pdm`. Works on the file that is open. Returns DONE, FAILED, USAGE or INTERRUPTED."""
     try:
         options = _parse(argv)
     except SystemExit as stop:
@@ -39,29 +42,65 @@ def main(argv):
     if not os.path.isfile(bpy.data.filepath):
         return _fail("no .blend file was loaded; name one that exists before --command", FAILED)
     try:
-        _bake(options)
+        with _interruptible():
+            _bake(options)
+    except KeyboardInterrupt:
+        return _fail("stopped, nothing was written", INTERRUPTED)
     except (BakeError, SceneError, OSError, RuntimeError) as error:
         return _fail(error, FAILED)
     return DONE
+
+
+@contextmanager
+def _interruptible():
+    """Ctrl-C raises KeyboardInterrupt: Blender's own handler waits for an event loop that does not run here."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before if before is not None else signal.SIG_DFL)
+
+
+@contextmanager
+def _whole(path):
+    """A name beside path to write to, which takes its place once all is written: no half file is left."""
+    part = f"{path}.part{os.path.splitext(path)[1]}"
+    try:
+        yield part
+        os.replace(part, path)
+    finally:
+        if os.path.exists(part):
+            os.remove(part)
 
 
 def _bake(options):
     context = bpy.context
     settings = BakeSettings(**{name: getattr(options, name) for name in SETTING_NAMES})
     report = run(bake_steps(context, settings), _Progress())
-    context.scene.pdm_radiosity.keep(report)
+    if options.image:
+        with _whole(os.path.abspath(options.image)) as part:
+            render_image(context, settings.attribute, part)
+            _check_picture(part)
+    if options.report:
+        with _whole(os.path.abspath(options.report)) as part, open(part, "w", encoding="utf-8") as file:
+            json.dump(report, file, indent=1, allow_nan=False)
     if options.output:
         bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath(options.output), copy=True)
-    if options.image:
-        render_image(context, settings.attribute, os.path.abspath(options.image))
-    if options.report:
-        with open(options.report, "w", encoding="utf-8") as file:
-            json.dump(report, file, indent=1, allow_nan=False)
     for entry in report["refused"]:
         print(f"pdm: refused: {entry['name']!r} {entry['reason']}", file=sys.stderr)
     for warning in report["warnings"]:
         print(f"pdm: warning: {warning}", file=sys.stderr)
     print(one_line(report))
+
+
+def _check_picture(path):
+    """Raises OSError where the PNG is not whole: Blender does not say that a disk is full."""
+    end = b""
+    if os.path.isfile(path):
+        with open(path, "rb") as file:
+            end = file.read()[-len(PNG_END) :]
+    if end != PNG_END:
+        raise OSError("the picture could not be written whole; is the disk full?")
 
 
 class _Progress:
@@ -93,6 +132,14 @@ def _parse(argv):
         folder = os.path.dirname(os.path.abspath(path))
         if not os.path.isdir(folder):
             options.usage_error(f"the folder {folder} does not exist; make it first")
+    if bpy.data.filepath:
+        paths = [path for path in (options.report, options.image, bpy.data.filepath, options.output) if path]
+        if options.output and os.path.realpath(options.output) == os.path.realpath(bpy.data.filepath):
+            paths.pop()  # the file itself may be meant
+    real = [os.path.realpath(path) for path in paths]
+    for path in (options.report, options.image):
+        if path and real.count(os.path.realpath(path)) > 1:
+            options.usage_error(f"{path} is named twice or is the file itself; choose another name")
     if options.objects != "ALL":
         options.objects = tuple(options.objects)
     return options
@@ -107,7 +154,7 @@ def _parser():
         "bake",
         help="bake the loaded file",
         description="Bakes the loaded file's scene. The file itself changes only if --output names it.",
-        epilog="Exit code: 0 done, 1 failed, 2 wrong usage. Progress goes to stderr.",
+        epilog="Exit code: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C. Progress goes to stderr.",
     )
     bake.add_argument("--objects", nargs="+", metavar="NAME", default="ALL", help="bake only these; all light")
     bake.add_argument(

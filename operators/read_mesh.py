@@ -8,6 +8,8 @@ import numpy as np
 from .mesh_shapes import MeshShapes, find_shapes
 from .mesh_topology import FLOAT32, NotRecognised
 
+BEYOND = 1e15  # m; single precision overflows at 3e38, and the areas of shapes at the root of that
+
 
 @dataclass(eq=False)
 class MeshObject:
@@ -27,10 +29,12 @@ def read_mesh(obj, depsgraph, grids):
     """The MeshObject of a mesh object, or NotRecognised; grids: a dict kept over all calls, see find_sphere."""
     evaluated = obj.evaluated_get(depsgraph)
     matrix = np.array(evaluated.matrix_world, np.float64)
-    if not np.isfinite(matrix).all():
-        raise NotRecognised("has a transform that is not finite; clear or repair it")
+    if not (np.abs(matrix) < BEYOND).all():
+        raise NotRecognised("has a transform that is not finite or beyond all bounds; clear or repair it")
     mesh = evaluated.data
     vertices, corners, counts = _arrays(mesh)
+    if not (np.abs(vertices) < BEYOND).all():
+        raise NotRecognised("has vertices that are not finite or beyond all bounds; delete or repair them")
     if not len(counts) and not len(obj.data.polygons):
         raise NotRecognised("has no faces")
     materials, of_polygon = _materials(evaluated, mesh)

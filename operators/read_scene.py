@@ -48,11 +48,12 @@ class Reading:
     hidden: int = 0
 
 
-def read_scene(context, objects="ALL"):
+def read_scene(context, objects="ALL", baked=()):
     """The Reading of the context's scene and view layer.
 
     objects, 'ALL', 'SELECTED' or names, limits what is bakeable and never what lights: every recognised object that a
-    render shows takes part in the light. SceneError where a name is missing or a visible object is in Edit Mode.
+    render shows takes part in the light. baked: names of colour attributes that hold bakes, which are no light.
+    SceneError where a name is missing or a visible object is in Edit Mode.
     """
     view_layer = context.view_layer
     visible = render_visible(view_layer)
@@ -68,7 +69,7 @@ def read_scene(context, objects="ALL"):
     with evaluated(context, visible) as depsgraph:
         found = _read_meshes(meshes, depsgraph, reading)
         _note_unread(visible, depsgraph, reading)
-        taken = _accept(found, reading)
+        taken = _accept(found, reading, frozenset(baked))
         background = _background(context.scene, depsgraph, reading)
     surfaces, indices = surfaces_of([piece for _, pieces in taken for piece in pieces])
     if surfaces:
@@ -106,19 +107,21 @@ def _read_meshes(meshes, depsgraph, reading):
     return found
 
 
-def _accept(found, reading):
+def _accept(found, reading, baked):
     """[(MeshObject, [Piece])]; objects whose shapes the core refuses, or which lie on others, go to refused."""
     looks, users, taken = {}, {}, []
     for mesh in found:
         for material in mesh.shape_materials:
             key = material and material.name_full
             if key not in looks:
-                looks[key] = read_material(material)
+                looks[key] = read_material(material, baked)
             users.setdefault(key, {})[mesh.object.name] = None
         own = [looks[material and material.name_full] for material in mesh.shape_materials]
         pieces = pieces_of(mesh.object.name, mesh.matrix, mesh.shapes.shapes, own)
         problems = [problem for piece in pieces if (problem := piece.shape.problem())]
-        if problems:
+        if all(look.is_volume for look in own):
+            reading.refused.append((mesh.object.name, "has only a volume shader, which takes no part in this light"))
+        elif problems:
             reading.refused.append((mesh.object.name, problems[0]))
         else:
             taken.append((mesh, pieces))

@@ -330,3 +330,104 @@ def test_invoke_in_background_bakes_at_once():
     floor = scenes.lit_ball()[0]
     assert bpy.ops.pdm.bake("INVOKE_DEFAULT") == {"FINISHED"}
     assert "Radiosity" in floor.data.color_attributes
+
+
+def test_baking_again_what_shows_the_bake_changes_nothing():
+    """The README's material: the attribute into an Emission."""
+    floor = scenes.lit_ball()[0]
+    bake()
+    before = scenes.colours(floor).copy()
+    shown = scenes.material("Shown", emission=(1, 1, 1))
+    nodes = shown.node_tree.nodes
+    colour = nodes.new("ShaderNodeVertexColor")
+    colour.layer_name = "Radiosity"
+    emission = next(node for node in nodes if node.bl_idname == "ShaderNodeEmission")
+    shown.node_tree.links.new(colour.outputs["Color"], emission.inputs["Color"])
+    bpy.data.objects["Ball"].data.materials[0] = shown
+    report = bake()
+    assert any("not taken as light" in text for text in report["warnings"])
+    assert scenes.colours(floor)[:, 0].max() <= before[:, 0].max() * 1.001
+    bpy.data.objects["Floor"].data.materials[0] = shown
+    bake(attribute="Another")
+    assert scenes.colours(floor, "Another").max() <= 1  # alpha alone: nothing shines but the lamp, on black
+
+
+def test_nothing_that_shines_is_said_before_the_work():
+    scenes.grid("Floor", 4, 4.0)
+    with pytest.raises(RuntimeError, match="Nothing shines.*material that emits"):
+        bpy.ops.pdm.bake()
+    lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    bpy.context.collection.objects.link(lamp)
+    with pytest.raises(RuntimeError, match="Nothing shines.*'Sun'"):
+        bpy.ops.pdm.bake()
+    assert not bpy.data.objects["Floor"].data.color_attributes
+
+
+def test_a_failure_after_writing_puts_all_back(addon, monkeypatch):
+    floor = scenes.lit_ball()[0]
+    bake()
+    before, last = scenes.colours(floor).copy(), bpy.context.scene.pdm_radiosity.last_report
+    module = addon("operators.bake")
+
+    def broken(*_):
+        raise OverflowError("no report")
+
+    monkeypatch.setattr(module, "bake_report", broken)
+    with pytest.raises(OverflowError):
+        module.run(module.bake_steps(bpy.context, module.BakeSettings(exposure=2.0)))
+    assert (scenes.colours(floor) == before).all()
+    assert bpy.context.scene.pdm_radiosity.last_report == last
+
+
+def test_colours_that_are_not_finite_are_not_written(addon):
+    floor = scenes.lit_ball()[0]
+    attribute = addon("operators.colour_attribute")
+    colours = np.full((25, 4), np.nan, np.float32)
+    with pytest.raises(attribute.BakeError, match="Floor.*not finite"):
+        attribute.write_colours([attribute.Colours("Floor", "POINT", colours)], "Radiosity", "FLOAT_COLOR")
+    assert not floor.data.color_attributes
+
+
+def test_volumes_take_no_part_and_what_is_beyond_bounds_is_refused():
+    scenes.lit_ball()
+    fog = scenes.new_material("Fog")
+    nodes = fog.node_tree.nodes
+    nodes.clear()
+    output, volume = nodes.new("ShaderNodeOutputMaterial"), nodes.new("ShaderNodeVolumePrincipled")
+    fog.node_tree.links.new(volume.outputs[0], output.inputs["Volume"])
+    scenes.box("Cloud", 3.0, made_of=fog)
+    far = scenes.grid("Far")
+    far.location.x = 3.4e38
+    odd = scenes.grid("Odd")
+    odd.data.vertices[0].co.x = float("nan")
+    refused = {entry["name"]: entry["reason"] for entry in bake()["refused"]}
+    assert "volume" in refused["Cloud"] and "transform" in refused["Far"] and "vertices" in refused["Odd"]
+
+
+def test_crates_side_by_side_are_all_baked_and_doubles_left_out():
+    lamp = scenes.material("Lamp", emission=(5, 5, 5))
+    scenes.grid("Lamp", 1, 1.0, Matrix.Translation((1, 0, 4)), lamp)
+    for k in range(3):
+        scenes.box(f"Crate {k}", 1.0, Matrix.Translation((k, 0, 0)))
+    scenes.box("Crate 1 again", 1.0, Matrix.Translation((1, 0, 0)))
+    report = bake()
+    assert {o["name"] for o in report["objects"] if o["baked"]} == {"Lamp", "Crate 0", "Crate 1", "Crate 2"}
+    (double,) = report["refused"]
+    assert double["name"] == "Crate 1 again" and "'Crate 1'" in double["reason"]
+
+
+def test_disabling_the_add_on_ends_a_bake_that_runs(addon):
+    scenes.lit_ball()
+    operator = addon("operators.bake_operator")
+    ended = []
+
+    class Steps:
+        def close(self):
+            ended.append(True)
+
+    timer = bpy.context.window_manager.event_timer_add(9.0, window=bpy.context.window_manager.windows[0])
+    operator.PDM_OT_bake.stage, operator.PDM_OT_bake.running = operator.Stage("Solving", 0, 1), (Steps(), timer)
+    assert not bpy.ops.pdm.bake.poll()
+    operator.stop_bake(bpy.context)
+    assert ended and bpy.ops.pdm.bake.poll()
+    bake()

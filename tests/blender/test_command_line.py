@@ -1,6 +1,8 @@
 """`--command pdm bake`: exit codes, files, messages; the same main() that a script calls."""
 
 import json
+import os
+import signal
 
 import bpy
 import numpy as np
@@ -137,3 +139,41 @@ def picture(path):
     values = np.array(image.pixels[:]).reshape(image.size[1], image.size[0], -1)[:, :, :3]
     bpy.data.images.remove(image)
     return values
+
+
+@pytest.mark.parametrize("option", ["--report", "--image"])
+def test_files_named_twice_are_refused_before_the_work(main, saved, option, capfd):
+    before, png = saved.read_bytes(), saved.with_suffix(".png")
+    if option == "--report":
+        assert main(["bake", "--report", str(saved)]) == 2
+    assert main(["bake", "--image", str(png), "--report", str(png)]) == 2
+    assert "named twice or is the file itself" in capfd.readouterr().err
+    assert saved.read_bytes() == before and not png.exists()
+
+
+def test_a_picture_that_is_not_whole_is_a_failure(main, addon, saved, monkeypatch, capfd):
+    """As on a full disk, of which Blender says nothing: an older picture stays."""
+    image = saved.with_name("out.png")
+    image.write_bytes(b"older")
+    command_line = addon("operators.command_line")
+
+    def cut_short(context, attribute, path):
+        with open(path, "wb") as file:
+            file.write(b"\x89PNG")
+
+    monkeypatch.setattr(command_line, "render_image", cut_short)
+    assert main(["bake", "--image", str(image)]) == 1
+    assert "disk full" in capfd.readouterr().err
+    assert image.read_bytes() == b"older" and [p.name for p in saved.parent.glob("*.part*")] == []
+
+
+def test_ctrl_c_stops_with_130_and_writes_nothing(main, addon, saved, monkeypatch, capfd):
+    report, command_line = saved.with_name("r.json"), addon("operators.command_line")
+
+    def pressed(self, stage):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(command_line._Progress, "__call__", pressed)
+    assert main(["bake", "--report", str(report)]) == 130
+    assert "stopped" in capfd.readouterr().err and not report.exists()
+    assert not bpy.data.objects["Floor"].data.color_attributes

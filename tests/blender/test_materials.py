@@ -131,11 +131,11 @@ def test_backfacing_switches_values(read):
     check(read(made.surface(shader)), GREY, (3, 3, 3), (0.1, 0.1, 0.1), (0, 0, 0))
 
 
-def test_backface_culling_blackens_the_back(read):
+def test_backface_culling_is_none_of_cycles(read):
     made = Nodes()
     material = made.surface(made.sum(made.add("BsdfDiffuse", Color=GREY), made.add("Emission", Color=(1.0, 1.0, 1.0))))
     material.use_backface_culling = True
-    check(read(material), GREY, (1, 1, 1), (0, 0, 0), (0, 0, 0))
+    check(read(material), GREY, (1, 1, 1))
 
 
 def test_constants_through_reroutes_values_and_muted_links(read):
@@ -161,8 +161,60 @@ def test_linked_texture_warns_and_uses_the_plain_value(read):
 def test_mix_by_a_texture_uses_the_plain_factor(read):
     made = Nodes()
     mix = made.mix(0.5, made.add("BsdfDiffuse", Color=(0.8, 0.8, 0.8)), made.add("Emission", Color=(1.0, 1.0, 1.0)))
-    made.set(mix.inputs[0], made.add("LightPath").outputs[0])
-    check(read(made.surface(mix)), (0.4, 0.4, 0.4), (0.5, 0.5, 0.5), warnings=["Mix Shader|Light Path"])
+    made.set(mix.inputs[0], made.add("TexNoise").outputs[0])
+    check(read(made.surface(mix)), (0.4, 0.4, 0.4), (0.5, 0.5, 0.5), warnings=["Mix Shader|Noise Texture"])
+
+
+@pytest.mark.parametrize(
+    "ray, emits", [("Camera", 0), ("Shadow", 0), ("Glossy", 0), ("Transmission", 0), ("Diffuse", 1)]
+)
+def test_light_paths_are_those_of_diffuse_rays(read, ray, emits):
+    made = Nodes()
+    mix = made.mix(0.5, made.add("BsdfDiffuse", Color=GREY), made.add("Emission", Color=(1.0, 1.0, 1.0)))
+    made.set(mix.inputs[0], made.add("LightPath").outputs[f"Is {ray} Ray"])
+    check(read(made.surface(mix)), (0, 0, 0) if emits else GREY, (emits,) * 3)
+
+
+def test_chains_are_read_once_and_to_any_depth(read):
+    """Mix shaders that share both inputs, one after another: as many readings as nodes, not two to their number."""
+    made = Nodes()
+    shader = made.add("BsdfDiffuse", Color=GREY)
+    for _ in range(18):
+        shader = made.mix(0.5, shader, shader)
+    check(read(made.surface(shader)), GREY)
+    value = made.add("Value")
+    value.outputs[0].default_value = 0.0
+    for _ in range(1500):
+        following = made.add("Math", Value=value.outputs[0])
+        following.operation, following.inputs[1].default_value = "ADD", 0.5
+        value = following
+    lamp = made.add("Emission", Color=(1.0, 1.0, 1.0), Strength=value.outputs[0])
+    check(read(made.surface(lamp)), (0, 0, 0), (750,) * 3)
+
+
+def test_circles_are_named(read):
+    made = Nodes()
+    one, other = made.mix(0.5, *[made.add("Emission")] * 2), made.mix(0.5, *[made.add("Emission")] * 2)
+    made.tree.links.new(one.outputs[0], other.inputs[1])
+    made.tree.links.new(other.outputs[0], one.inputs[1])
+    check(read(made.surface(one)), (0, 0, 0), warnings=["circle|black|remove"])
+
+
+def test_a_shown_bake_is_no_light(read):
+    made = Nodes()
+    shown = made.add("Attribute")
+    shown.attribute_name = "Radiosity"
+    lamp = made.surface(made.add("Emission", Color=shown.outputs["Color"], Strength=2.0))
+    warning = ["baked attribute 'Radiosity'|not taken as light"]
+    check(read(lamp, frozenset({"Radiosity"})), (0, 0, 0), warnings=warning)
+    assert read(lamp).emission.max() > 0 or read(lamp).warnings
+
+
+def test_a_volume_alone_is_no_surface(read):
+    made = Nodes()
+    made.tree.links.new(made.add("VolumePrincipled").outputs[0], made.output.inputs["Volume"])
+    look = read(made.material)
+    assert look.is_volume and not look.emission.any() and not look.reflectance.any()
 
 
 def test_unknown_shaders_warn(read):

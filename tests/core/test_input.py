@@ -113,7 +113,7 @@ def test_scenes_of_any_size_have_the_same_light(scale):
 
     points = np.random.default_rng(0).random((20, 3))
     one, other = solve(scene(1.0)), solve(scene(scale))
-    found, right = (np.array([s.radiance(k, size * points) for k in range(3)]) for s, size in ((other, scale), (one, 1)))
+    found, right = (np.array([s.radiance(k, c * points) for k in range(3)]) for s, c in ((other, scale), (one, 1)))
     assert np.linalg.norm(found - right) < 5e-3 * np.linalg.norm(right)  # rounding may decide on a cell
 
 
