@@ -49,7 +49,11 @@ STIFF = 1.0  # of what amplified errors of sources come to: between white planes
 STRAIGHTER = 0.3  # part of the bends of the sources that a refinement leaves, where they are most of the error
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 DENSER = 1.2  # what the next rows may take, of what the last ones took
+FEWEST_NODES, USUAL_NODES = 15, 25  # that a surface starts with
+SMALLER = "leave small objects out of the scene (hide them from renders) or join flat ones into larger planes"
+GRACE = 0.1, 0.15  # of the time limit, and s, for a first solution: then it is said that there is none
 FULL = "the field is as fine as the memory allows"
+FACTORS = 1 << 10  # of lights, and of the background as many as there are shapes, between two signs of life
 EVALUATE = 1 << 13  # points evaluated at once
 
 
@@ -113,11 +117,8 @@ class _State:
         self.counts = Counter()
         self.factors = Factors(scene, Shafts(scene), self.counts)
         self.plan = plan(scene, target_error, shafts=self.factors.shafts)
-        nodes, most = self.plan.counts["nodes"], int(np.sqrt(MEMORY / 4))
-        if nodes > most:
-            raise SceneError(
-                f"{len(scene)} surfaces start with {nodes} nodes; the memory is for {most}: bake fewer objects at once"
-            )
+        if self.plan.counts["nodes"] > _most_nodes():
+            raise SceneError(_too_many(scene))
         self.reached = self.plan.reached
         self.area = scene.areas[self.reached].sum() or scene.areas.sum()  # m^2, of what light may come to
         self.field = Field(scene)  # where indirect light is gathered
@@ -208,15 +209,25 @@ class _State:
     # -- geometry ------------------------------------------------------------------------------------------------
 
     def grow(self, cells):
-        """Split these leaves of `sent`; direct light at its new nodes, exact."""
+        """Split these leaves of `sent`; direct light at its new nodes, exact; yields."""
         f, old = self.sent, len(self.fractions)
         f.refine(cells)
         own = f.node_surface[old:]
-        new = self.factors.matrix(f.points[old:], f.normals[old:], own, self.lights, self.background)
+        new = yield from self.received_directly(f.points[old:], f.normals[old:], own)
         self.fractions = np.concatenate([self.fractions, new])
         self.lit = self.fractions @ self.light
         self.place()
         self.measure()
+
+    def received_directly(self, points, normals, surface):
+        """Factors (n, lights + 1) of all lights, and the background's last; yields."""
+        step = max(1, FACTORS // (len(self.lights) + len(self.scene.shapes) * self.background + 1))
+        parts = [np.zeros((0, len(self.lights) + 1))]
+        for start in range(0, len(points), step):
+            k = slice(start, start + step)
+            parts.append(self.factors.matrix(points[k], normals[k], surface[k], self.lights, self.background))
+            yield
+        return np.concatenate(parts)
 
     def place(self):
         """Where the nodes of `sent` lie in the field: cells (n,) and weights (n, 9)."""
@@ -227,7 +238,7 @@ class _State:
         """Refine where shapes touch, and `sent` until direct light is sent on well enough for `final`; yields."""
         smallest = CONTACT_SHARE * target * np.sqrt(self.area)
         while 0 < len(cells := crowded(self.field, smallest, self.reached)) <= self.room(LIGHT_NODES):
-            self.split(cells)
+            yield from self.split(cells)
             yield
         while True:
             error = leaf_errors(self.sent, self.scene.reflectance[self.sent.node_surface] * self.lit)
@@ -235,7 +246,7 @@ class _State:
             room = self.room(LIGHT_NODES)
             if not min(len(cells), room):
                 return
-            self.grow(cells[-room:])  # the worst come last
+            yield from self.grow(cells[-room:])  # the worst come last
             yield
 
     def measure(self):
@@ -364,7 +375,7 @@ class _State:
             if block:
                 blocks.append(block)
             yield
-        fractions = self.factors.matrix(points, normals, surface, self.lights, self.background)
+        fractions = yield from self.received_directly(points, normals, surface)
         weight = np.where(contacts_of(self.scene).covered(points, surface), 0.0, weight)
         self.looks.append(Look(surface, points, weight, Rows(blocks, len(points)), fractions))
 
@@ -428,7 +439,7 @@ class _State:
         np.maximum.at(self.leaf_error, family, error)
 
     def refine(self, target):
-        """Split the leaves that hold most of the estimated error; False where nothing is left to split."""
+        """Split the leaves that hold most of the estimated error; False where nothing is left to split; yields."""
         f = self.field
         error, allowed = np.clip(self.optimism, 0.5, 2.0) * self.leaf_error, REFINE_TO * target * self.scale
         if self.checked:  # what was found has to fall by so much, however little was promised
@@ -441,7 +452,7 @@ class _State:
             self.cramped = True
             cells = cells[max(len(cells) - room, 0) :]  # the worst come last
         if room > 0:
-            self.split(cells)
+            yield from self.split(cells)
         return room > 0
 
     def sharpen(self):
@@ -457,7 +468,7 @@ class _State:
 
     def straighten(self):
         """Where errors that the scene amplifies are most of all: split the cells, of direct light or of the field, over
-        which the sources bend, or solve better; False where not, or where there is no more to gain."""
+        which the sources bend, or solve better; False where not, or where there is no more to gain; yields."""
         parts = self.error_parts
         stiff = parts.get("stiff", 0.0) >= max((v for k, v in parts.items() if k != "stiff"), default=np.inf)
         if not (self.checked and stiff):
@@ -475,10 +486,10 @@ class _State:
         if not min(len(cells), room):
             return False
         if light:
-            self.grow(cells[-room:])
+            yield from self.grow(cells[-room:])
             self.link_up(self.link_target)
         else:
-            self.split(cells[-room:])
+            yield from self.split(cells[-room:])
         return True
 
     def link_up(self, target):
@@ -495,14 +506,14 @@ class _State:
         return int(max(more, 0.0)) // CELL_NODES
 
     def split(self, cells):
-        """Split these leaves of the field, and those of `sent` that would be coarser."""
+        """Split these leaves of the field, and those of `sent` that would be coarser; yields."""
         f = self.field
         old = len(f.keys)
         f.refine(cells)
         self.indirect = np.concatenate([self.indirect, f.predict(self.indirect, old)])
         self.place()
         while len(coarser := self._coarser()):
-            self.grow(coarser)
+            yield from self.grow(coarser)
 
     def _coarser(self):
         """Leaves of `sent` that are coarser than the field: it has to carry the field's detail."""
@@ -528,37 +539,72 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
     target_error: of the radiance, relative L2 over all surfaces, of L - Le. time_limit: seconds, None for none.
     """
     target_error, time_limit = _check(scene, target_error, time_limit)
-    state, best = _State(scene, target_error), None
-    state.grow(state.sent.leaves[:0])
+    _check_memory(scene)
+    state, best = _State(scene, target_error), _Best(time_limit)
+    try:
+        for _ in _approach(state, best, target_error):
+            yield Progress(_fraction(state, target_error), state.error, state.elapsed())
+            best.check_time(state)
+    except _OutOfTime:
+        pass
+    return _finish(best.solution, state, target_error)
+
+
+class _OutOfTime(Exception):
+    """The time limit is reached, and there is something to deliver."""
+
+
+class _Best:
+    """The best solution so far, and the time until which a better one is looked for."""
+
+    def __init__(self, time_limit):
+        self.solution, self.limit = None, time_limit
+
+    def add(self, state):
+        """Take the solution at hand, unless an earlier one is better: out of memory, finer lights cost elsewhere."""
+        if self.solution is None or state.error <= self.solution.error:
+            self.solution = Solution(state)
+
+    def check_time(self, state):
+        over = self.limit is not None and state.elapsed() - self.limit
+        if over and over > 0 and self.solution is not None:
+            raise _OutOfTime
+        if over and over > GRACE[0] * self.limit + GRACE[1]:
+            raise SceneError(
+                f"time_limit: nothing was reached within {self.limit:.3g} s; raise the time limit or the target error"
+            )
+
+
+def _approach(state, best, target_error):
+    """Rounds towards ever lower targets, until the last is met or no better solution is to be had; yields."""
+    yield from state.grow(state.sent.leaves[:0])
     for target, final in _ladder(target_error):
         state.samples = SAMPLES if target == target_error else SAMPLES // 2
-        for _ in state.light_up(target, final):
-            yield Progress(_fraction(state, target_error), state.error, state.elapsed())
+        yield from state.light_up(target, final)
         if final != state.link_target:
             state.link_up(final)
         for turn in range(MAX_ROUNDS):
-            if best and not state.rows.blocks:
-                best.let_go()
-            for _ in _round(state, target, turn == MAX_ROUNDS - 1):
-                yield Progress(_fraction(state, target_error), state.error, state.elapsed())
-                if best and _late(state, time_limit):
-                    return _finish(best, state, target_error)
+            if best.solution and not state.rows.blocks:
+                best.solution.let_go()
+            yield from _round(state, target, turn == MAX_ROUNDS - 1)
             if state.full:
-                return _finish(best, state, target_error)
+                return
             if state.checked:
-                best = _better(best, state)
-            if (state.checked and state.error <= target) or (best and _late(state, time_limit)):
+                best.add(state)
+                yield
+            if state.checked and state.error <= target:
                 break
-            if state.straighten() or (target == target_error and state.sharpen()) or state.refine(target):
+            if (yield from state.straighten()) or (target == target_error and state.sharpen()):
+                continue
+            if (yield from state.refine(target)):
                 continue
             if not state.checked:  # nothing left to split although little was promised: measure what it is
-                for _ in state.check(target):
-                    yield Progress(_fraction(state, target_error), state.error, state.elapsed())
-                best = _better(best, state)
+                yield from state.check(target)
+                best.add(state)
+                yield
             break
-        if state.error <= target_error or _late(state, time_limit):
-            break
-    return _finish(best, state, target_error)
+        if state.error <= target_error:
+            return
 
 
 def solve(scene, target_error=1e-2, time_limit=None, progress=None):
@@ -573,6 +619,21 @@ def solve(scene, target_error=1e-2, time_limit=None, progress=None):
             return end.value
         if progress is not None:
             progress(*step)
+
+
+def _check_memory(scene):
+    """Raises SceneError for more surfaces than the memory can hold, at once: without a look at what they are."""
+    if len(scene) * FEWEST_NODES > _most_nodes():
+        raise SceneError(_too_many(scene))
+
+
+def _too_many(scene):
+    return f"{len(scene)} surfaces are more than the memory can hold, about {_most_nodes() // USUAL_NODES}; {SMALLER}"
+
+
+def _most_nodes():
+    """That the memory has room for rows of."""
+    return int(np.sqrt(MEMORY / 4))
 
 
 def _check(scene, target_error, time_limit):
@@ -591,10 +652,6 @@ def _ladder(target_error):
     return [(target_error * STEP**k, target_error * STEP ** (k - k % 2)) for k in range(steps, -1, -1)]
 
 
-def _late(state, time_limit):
-    return time_limit is not None and state.elapsed() > time_limit
-
-
 def _fraction(state, target_error):
     """How much is done, from the error: a rough guide, as the cost of what is left is not known."""
     if not np.isfinite(state.error) or state.error <= 0:
@@ -602,12 +659,9 @@ def _fraction(state, target_error):
     return float(np.clip(target_error / state.error, 0.0, 1.0))
 
 
-def _better(best, state):
-    """The solution at hand, unless an earlier one has the lower error: out of memory, finer lights cost elsewhere."""
-    return Solution(state) if best is None or state.error <= best.error else best
-
-
 def _finish(solution, state, target_error):
+    if solution is None:
+        raise SceneError(f"{FULL} and nothing was reached; {SMALLER}")
     solution.seconds, solution.history = state.elapsed(), list(state.history)
     solution.warnings = list(contacts_of(state.scene).warnings)
     if solution.error > target_error:
