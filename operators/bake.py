@@ -64,7 +64,7 @@ def bake_steps(context, settings):
         ]
         undo = write_colours(items, settings.attribute, settings.data_type)
     try:
-        report = bake_report(context, settings, reading, solution, between, items, seconds)
+        report = bake_report(context, settings, reading, solution, between, items, points, seconds)
         context.scene.pdm_radiosity.keep(report)
     except Exception:
         undo()

@@ -12,12 +12,12 @@ MOST_NAMED = 4  # objects in one warning
 MANIFEST = Path(__file__).parents[1] / "blender_manifest.toml"
 
 
-def bake_report(context, settings, reading, solution, between, items, seconds):
+def bake_report(context, settings, reading, solution, between, items, points, seconds):
     """dict of plain JSON types (infinite and undefined numbers are None).
 
     versions {extension, blender, numpy}; file, scene; settings (those of bpy.ops.pdm.bake)
-    objects [{name, kind, label, baked, reason, domain, vertices, between}]: every recognised object; the last three
-        if baked; between: its part of between_vertices
+    objects [{name, kind, label, baked, reason, domain, vertices, between, error}]: every recognised object; the last
+        four if baked; between: its part of between_vertices; error: its own, relative to its own light
     refused [{name, reason}], the reason goes on after the name; hidden: mesh objects that a render does not show
     warnings [text]
     vertices: how many the baked meshes have; colours: how many values were written to points or corners
@@ -25,8 +25,9 @@ def bake_report(context, settings, reading, solution, between, items, seconds):
     between_vertices: the same of colours interpolated between the vertices, measured at points within the faces
     seconds {read, solve, evaluate, check, write, total}; plan [text]; counts {name: number}
     """
-    written = {item.object_name: (item, part) for item, part in zip(items, between.parts, strict=True)}
-    objects = [_object_entry(o, *written.get(o.name, (None, 0.0))) for o in reading.objects]
+    errors = [solution.error_over([surface for surface, _, _ in p.runs]) for p in points]
+    written = {item.object_name: rest for item, *rest in zip(items, items, between.parts, errors, strict=True)}
+    objects = [_object_entry(o, *written.get(o.name, ())) for o in reading.objects]
     warnings = list(reading.warnings) + list(solution.warnings) + _own_warnings(settings, between, items)
     report = {
         "versions": {"extension": version(), "blender": bpy.app.version_string, "numpy": np.__version__},
@@ -90,7 +91,7 @@ def version():
     return tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"]
 
 
-def _object_entry(read, item=None, between=0.0):
+def _object_entry(read, item=None, between=0.0, error=0.0):
     return {
         "name": read.name,
         "kind": read.kind,
@@ -100,6 +101,7 @@ def _object_entry(read, item=None, between=0.0):
         "domain": item.domain if item else "",
         "vertices": len(read.object.data.vertices) if item else 0,
         "between": between,
+        "error": error,
     }
 
 

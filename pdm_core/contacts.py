@@ -48,9 +48,9 @@ class Contacts:
     def covered(self, points, surface):
         """Whether points (n, 3) m on surfaces (n,) (-1: free) lie between two planes in contact -> (n,) bool"""
         out = np.zeros(len(points), bool)
-        point, shape = _entries(self.covers, surface)
+        point, shape = entries(self.covers, surface)
         if len(point):
-            local, edges = self._local(points[point], shape), self._planes.edges[self._planes.number[shape]]
+            local, edges = self._local(points[point], shape), self.planes.edges[self.planes.number[shape]]
             inside = np.abs(local - 0.5) < 0.5 - CLEAR / 2 * self.tolerance / edges
             out[point[inside.all(axis=1)]] = True
         return out
@@ -63,12 +63,12 @@ class Contacts:
             points = points.copy()
             points[dark] += self.apart * self._normals(surface[dark])
         own = self.scene.shape_of[surface]
-        point, shape = _entries(self.stands, own)
+        point, shape = entries(self.stands, own)
         if not len(point):
             return points
         near = CLEAR * self.tolerance
         toward = self._toward(own[point], shape)
-        planes, k = self._planes, self._planes.number[shape]
+        planes, k = self.planes, self.planes.number[shape]
         normal = toward[:, None] * planes.normal[k]
         height = np.einsum("ni,ni->n", points[point] - planes.corners[k, 0], normal)
         beyond = np.abs(self._local(points[point], shape) - 0.5) - 0.5
@@ -86,7 +86,7 @@ class Contacts:
     def _toward(self, own, shape):
         """(n,) +1 or -1: to which side of planes, shapes (n,), points on shapes own (n,) are to be moved that lie in
         them: the lit one, or that of the ball which touches them."""
-        planes, k = self._planes, self._planes.number[shape]
+        planes, k = self.planes, self.planes.number[shape]
         height = np.einsum("ni,ni->n", planes.middle[own] - planes.corners[k, 0], planes.normal[k])
         beside = ~planes.flat[own] & (np.abs(height) > BESIDE * planes.radius[own])
         return np.where(beside, np.sign(height), planes.lit[k])
@@ -94,15 +94,15 @@ class Contacts:
     def _normals(self, surface):
         """Unit normals (n, 3) of surfaces (n,) on planes."""
         sign = np.array([s.sign for s in self.scene.surfaces])[surface]
-        return sign[:, None] * self._planes.normal[self._planes.number[self.scene.shape_of[surface]]]
+        return sign[:, None] * self.planes.normal[self.planes.number[self.scene.shape_of[surface]]]
 
     def _local(self, points, shape):
         """Positions (n, 2) of points (n, 3) m along the edges of planes, shapes (n,)."""
-        planes, k = self._planes, self._planes.number[shape]
+        planes, k = self.planes, self.planes.number[shape]
         return np.einsum("nij,nj->ni", planes.inverse[k, :2], points - planes.corners[k, 0])
 
     @property
-    def _planes(self):
+    def planes(self):
         if "_flat" not in self.__dict__:
             object.__setattr__(self, "_flat", _Planes(self.scene))
         return self._flat
@@ -142,7 +142,7 @@ def settle(scene):
     low, high = _bounds(scene)
     middle = (low + high) / 2
     origin = middle if np.linalg.norm(middle) > FAR * np.linalg.norm(high - low) else np.zeros(3)
-    if not origin.any() and (corners == contacts._planes.corners).all():
+    if not origin.any() and (corners == contacts.planes.corners).all():
         return _moved(scene, [s.shape for s in scene.surfaces], contacts), origin
     shapes = {}
     for k, shape in enumerate(scene.shapes):
@@ -151,7 +151,7 @@ def settle(scene):
             matrix[:3, 3] -= origin
             shapes[id(shape)] = Sphere(matrix)
         else:
-            shapes[id(shape)] = Plane.through(corners[contacts._planes.number[k]] - origin)
+            shapes[id(shape)] = Plane.through(corners[contacts.planes.number[k]] - origin)
     return _moved(scene, [shapes[id(s.shape)] for s in scene.surfaces], contacts), origin
 
 
@@ -359,7 +359,7 @@ def _sorted(first, second):
     return first[order], second[order]
 
 
-def _entries(pairs, keys):
+def entries(pairs, keys):
     """Of sorted pairs ((k,), (k,)) and keys (n,): positions among the keys and seconds of the pairs that begin so."""
     first, second = pairs
     if not len(first):

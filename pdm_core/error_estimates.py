@@ -91,3 +91,11 @@ class Residual:
         self.rms = float(np.sqrt(part.sum()))
         self.mean = float(np.linalg.norm(weight @ value) / np.sqrt(weight.sum()))
         self.hangs_on_one = part.max() > LONE * part.sum()
+        self._weight, self._part = weight, part
+
+    def by_surface(self, areas):
+        """areas (n surfaces,) m^2 -> how many points lie on each, and the square of its L2 norm, as they tell (n,)"""
+        count, weight, part = (
+            np.bincount(self.surface, w, len(areas)) for w in (np.ones(len(self.surface)), self._weight, self._part)
+        )
+        return count, areas * part / np.maximum(weight, 1e-300)

@@ -1,9 +1,9 @@
 """A field on the scene's surfaces: biquadratic cells of adaptive quadtrees, on lattices that share their nodes.
 
-Each surface carries charts: a plane the unit square, cut where a narrow gap before it ends, a sphere the six faces of
-a cube (equi-angular, so no pole and no seam). A cell holds 3 x 3 nodes at 0, 1/2, 1; its four children hold the same
-nodes and new ones between, so a value once computed is kept, and (child's value - parent's interpolant) is the
-hierarchical surplus, an error measure.
+Each surface carries charts: a plane the unit square, cut where light bends or jumps, a sphere the six faces of a cube
+(equi-angular, so no pole and no seam). A cell holds 3 x 3 nodes at 0, 1/2, 1; its four children hold the same nodes and
+new ones between, so a value once computed is kept, and (child's value - parent's interpolant) is the hierarchical
+surplus, an error measure.
 
 Where shapes nearly touch, light varies over the width of the gap's mouth and surpluses cannot tell: in a gap both
 sides see little but each other, so a coarse field there agrees with itself. Cells are made that small beforehand.
@@ -11,13 +11,13 @@ sides see little but each other, so a coarse field there agrees with itself. Cel
 
 import numpy as np
 
+from .charts import CHARTS, charts_of
 from .contacts import contacts_of
 from .scene import Sphere, unit
 
 DEEPEST = 10  # levels of cells below a chart
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
-CHARTS = 3  # along each edge of a plane, at most
-SPAN = CHARTS * GRID + 1
+SPAN = CHARTS * (GRID + 1)
 ROOT = 0.4  # a root's surplus over the bilinear interpolant counts this much
 ACROSS = 1.0  # a cell's size, of the distance at which the gap around it has opened by its curvature
 FACING = 0.7  # least cosine between planes that have a gap between them rather than a corner
@@ -25,9 +25,8 @@ FLAT = 0.2  # of the least size at contacts of spheres, which are points: gaps b
 # cells in a gap between planes: no larger than so many gaps or that part of the other plane's radius, or, in charts
 # that end where the gap does, so that nodes crowd there anyway, that one
 GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
-NARROW = 1e-5, 0.1  # widths of a gap, of the other plane's radius, for which a chart ends at its rim: not at contacts
-ALIGNED, APART = 1e-5, 0.02  # of the edges: how far from straight along the chart, and how near each other, rims are
 NUDGE = 1e-7, 1e-2  # of its edges: how far points on a plane's border are moved inwards, off the neighbour's plane
+JUMP = 2.5  # times that: off a line where light jumps
 
 
 def graded(t):
@@ -42,39 +41,6 @@ def graded_slope(t):
 
 def ungraded(s):
     return 0.5 - np.sin(np.arcsin(np.clip(1 - 2 * s, -1.0, 1.0)) / 3)
-
-
-def charts_of(scene):
-    """(n surfaces, 2, CHARTS + 1): where planes are cut into charts, along both edges, padded with 1 behind.
-
-    Next to a narrow gap light varies over the gap's width along the whole rim of the other plane; a chart that ends
-    there has its nodes crowd towards it.
-    """
-    cuts = np.ones((len(scene), 2, CHARTS + 1))
-    cuts[:, :, 0] = 0.0
-    planes = [shape for shape in scene.shapes if not isinstance(shape, Sphere)]
-    if not planes:
-        return cuts
-    corners, radius = np.array([p.corners for p in planes]), np.array([p.bounds[1] for p in planes])
-    for k, surface in enumerate(scene.surfaces):
-        if isinstance(surface.shape, Sphere):
-            continue
-        local = surface.shape.local(corners.reshape(-1, 3)).reshape(corners.shape)
-        height = surface.sign * local[..., 2] * np.sqrt(surface.shape.area)
-        close = (height.min(axis=1) > NARROW[0] * radius) & (height.max(axis=1) < NARROW[1] * radius)
-        close &= ((local[..., :2].max(axis=1) > 0) & (local[..., :2].min(axis=1) < 1)).all(axis=1)
-        for axis in range(2):
-            at, to = local[close, :, axis], np.roll(local[close, :, axis], -1, axis=1)
-            rims = np.sort(at[(np.abs(to - at) < ALIGNED) & (at > APART) & (at < 1 - APART)])
-            rims = rims[np.diff(rims, prepend=-1.0) > APART]
-            if len(rims) < CHARTS:  # more of them would cost more nodes than they save
-                cuts[k, axis, 1 : len(rims) + 1] = rims
-    return cuts
-
-
-def _across(cuts):
-    """(n surfaces, 2): number of charts of planes along both edges."""
-    return (cuts[:, :, :-1] < 1).sum(axis=2)
 
 
 def basis(t):
@@ -98,8 +64,10 @@ _QUARTERS = np.array([(3, 6, -1), (-1, 6, 3)]) / 8  # the quadratic at 1/4 and 3
 
 def first_nodes(scene):
     """Nodes a Field of the scene starts with: 25 a plane of one chart, 26 a sphere."""
-    across = _across(charts_of(scene))
-    flat = np.where(across.prod(axis=1) == 1, 25, (2 * across + 1).prod(axis=1))
+    charts = charts_of(scene)
+    across = charts.across
+    lines = 2 * across + 1 + charts.jumps.sum(axis=2)
+    flat = np.where(across.prod(axis=1) == 1, 25, lines.prod(axis=1))
     return int(np.where([isinstance(s.shape, Sphere) for s in scene.surfaces], 26, flat).sum())
 
 
@@ -108,22 +76,22 @@ class Field:
 
     def __init__(self, scene):
         self.scene = scene
-        self.cuts = charts_of(scene)
-        self.across = _across(self.cuts)
+        layout = charts_of(scene)
+        self.cuts, self.jumps, self.across = layout.cuts, layout.jumps, layout.across
+        self.starts = layout.starts(GRID)  # (n surfaces, 2, CHARTS) in lattice steps
         self.is_sphere = np.array([isinstance(s.shape, Sphere) for s in scene.surfaces])
         self.charts = charts = np.where(self.is_sphere, 6, self.across.prod(axis=1))
         self.root = np.concatenate([[0], np.cumsum(charts)[:-1]])  # first root cell of each surface
         self._frames()
         surface = np.repeat(np.arange(len(scene)), charts)
         face = np.arange(len(surface)) - self.root[surface]
-        zero, sphere = np.zeros(len(surface), int), self.is_sphere[surface]
-        self.corner = np.stack(np.divmod(face, self.across[surface, 1]), axis=1) * GRID  # of the cell, in lattice steps
-        self.corner[sphere], face[~sphere] = 0, 0
+        zero = np.zeros(len(surface), int)
+        self.surface, self.face, self.level = surface, face, zero  # face: of a sphere's cube, or a plane's chart
+        self.corner = self._starts(np.arange(len(surface)))  # of the cell, in lattice steps
         self.node_surface = np.zeros(0, int)
         self.keys = np.zeros(0, np.int64)
         self._order = np.zeros(0, int)
         self.points, self.normals = np.zeros((0, 3)), np.zeros((0, 3))
-        self.surface, self.face, self.level = surface, face, zero
         self.parent, self.child = zero - 1, zero - 1  # child: the first of four, -1 for a leaf
         self.nodes = self._nodes_of(np.arange(len(surface)))
         self.refine(np.flatnonzero(self.charts[surface] == 1))  # planes of one chart start at 25 nodes, spheres have 26
@@ -154,7 +122,7 @@ class Field:
         rest, z = np.divmod(keys, SPAN)
         rest, y = np.divmod(rest, SPAN)
         surface, x = np.divmod(rest, SPAN)
-        return surface, np.stack([x, y, z], axis=1) / GRID
+        return surface, np.stack([x, y, z], axis=1)
 
     def find(self, keys):
         """keys (...) -> node indices (...), -1 where there is no such node."""
@@ -166,10 +134,10 @@ class Field:
         new = np.unique(keys)
         if len(self.keys):
             new = new[self.find(new) < 0]
-        surface, place = self._unpack(new)
-        local = unit(np.tan((2 * place - 1) * (np.pi / 4)))
+        surface, steps = self._unpack(new)
+        local = unit(np.tan((2 * steps / GRID - 1) * (np.pi / 4)))
         flat = ~self.is_sphere[surface]
-        local[flat] = self._off_border(surface[flat], place[flat, :2])
+        local[flat] = self._on_lattice(surface[flat], steps[flat, :2])
         points = self.contacts.clear(self._world(surface, local), surface)
         self.points = np.concatenate([self.points, points])
         self.normals = np.concatenate([self.normals, self._normal(surface, local)])
@@ -177,17 +145,46 @@ class Field:
         self._order = np.argsort(self.keys)
         self.node_surface = self._unpack(self.keys)[0]
 
-    def along(self, surface, place):
-        """Chart coordinates (n, 2), from 0 to the number of charts, of planes (n,) -> positions along their edges."""
-        chart = np.clip(place.astype(int), 0, self.across[surface] - 1)
-        low, high = (self.cuts[surface[:, None], (0, 1), chart + k] for k in (0, 1))
-        return low + (high - low) * graded(place - chart)
+    @property
+    def part(self):
+        """(n cells,): the chart of a plane or the sphere that each lies on, by the number of its first root cell."""
+        return self.root[self.surface] + np.where(self.is_sphere[self.surface], 0, self.face)
 
-    def _off_border(self, surface, place):
-        """Chart coordinates (n, 2) of planes (n,) -> local coordinates (n, 3), off the planes' borders."""
-        border = self.border[surface]
-        at = border + (1 - 2 * border) * self.along(surface, place)
+    def chart_of(self, cells):
+        """(n, 2): numbers along both edges of the charts that cells of planes lie on; 0 of spheres."""
+        number = np.stack(np.divmod(self.face[cells], self.across[self.surface[cells], 1]), axis=1)
+        return np.where(self.is_sphere[self.surface[cells]][:, None], 0, number)
+
+    def _starts(self, cells):
+        return self.starts[self.surface[cells][:, None], (0, 1), self.chart_of(cells)]
+
+    def in_chart(self, cells):
+        """(n, 2): lower corners of cells in coordinates of their charts, from 0 to 1."""
+        return (self.corner[cells] - self._starts(cells)) / GRID
+
+    def along(self, surface, chart, t):
+        """Coordinates t (n, 2) in charts (n, 2) of planes (n,) -> positions along their edges."""
+        low, high = (self.cuts[surface[:, None], (0, 1), chart + k] for k in (0, 1))
+        return low + (high - low) * graded(t)
+
+    def _off_border(self, surface, chart, t):
+        """As along -> local coordinates (n, 3), off the planes' borders and the lines where light jumps."""
+        border, sides = self.border[surface], []
+        for k in (0, 1):
+            cut = self.cuts[surface[:, None], (0, 1), chart + k]
+            jump = self.jumps[surface[:, None], (0, 1), chart + k]
+            off = np.where((cut == 0) | (cut == 1), border, np.where(jump, JUMP * border, 0.0))
+            sides.append(cut + (off, -off)[k])
+        at = sides[0] + (sides[1] - sides[0]) * graded(t)
         return np.column_stack([at, 0 * at[:, 0]])
+
+    def _on_lattice(self, surface, steps):
+        """Lattice steps (n, 2) of planes (n,) -> local coordinates (n, 3)."""
+        starts = self.starts[surface]
+        begun = (steps[:, :, None] >= starts) & (np.arange(CHARTS) < self.across[surface][:, :, None])
+        chart = begun.sum(axis=2) - 1
+        t = (steps - np.take_along_axis(starts, chart[:, :, None], axis=2)[:, :, 0]) / GRID
+        return self._off_border(surface, chart, t)
 
     def _world(self, surface, local):
         affine = np.einsum("nij,nj->ni", self.linear.take(surface, axis=0), local)
@@ -268,11 +265,11 @@ class Field:
         """(n cells,) m^2: areas; a sphere's cells by their share of the equi-angular chart."""
         count = 1 << self.level
         sphere = self.is_sphere[self.surface]
-        low = self.corner / GRID
+        everyone = np.arange(len(self.level))
+        chart, low = self.chart_of(everyone), self.in_chart(everyone)
         high = low + 1 / count[:, None]
-        area = self.scene.areas[self.surface] * (self.along(self.surface, high) - self.along(self.surface, low)).prod(
-            axis=1
-        )
+        extent = self.along(self.surface, chart, high) - self.along(self.surface, chart, low)
+        area = self.scene.areas[self.surface] * extent.prod(axis=1)
         a, b = (np.tan((2 * low - 1) * np.pi / 4), np.tan((2 * high - 1) * np.pi / 4))
         angle = _solid(b[:, 0], b[:, 1]) - _solid(a[:, 0], b[:, 1])
         angle += _solid(a[:, 0], a[:, 1]) - _solid(b[:, 0], a[:, 1])
@@ -319,14 +316,14 @@ class Field:
     def place(self, cells, uv):
         """Points and normals (n, 3) of cells (n,) at uv (n, 2) in [0, 1]."""
         surface, axis, rows = self.surface[cells], self.face[cells] % 3, np.arange(len(cells))
-        at = (self.corner[cells] + uv * (GRID >> self.level[cells])[:, None]) / GRID
+        at = self.in_chart(cells) + uv * 0.5 ** self.level[cells][:, None]
         local = np.empty((len(cells), 3))
         local[rows, (axis + 1) % 3] = np.tan((2 * at[:, 0] - 1) * (np.pi / 4))
         local[rows, (axis + 2) % 3] = np.tan((2 * at[:, 1] - 1) * (np.pi / 4))
         local[rows, axis] = np.where(self.face[cells] >= 3, 1.0, -1.0)
         local = unit(local)
         flat = ~self.is_sphere[surface]
-        local[flat] = self._off_border(surface[flat], at[flat])
+        local[flat] = self._off_border(surface[flat], self.chart_of(cells[flat]), at[flat])
         return self.contacts.clear(self._world(surface, local), surface), self._normal(surface, local)
 
     def local(self, surface, points):
@@ -344,6 +341,13 @@ class Field:
         some = np.flatnonzero(sphere)
         which[some], at[some] = self._face_at(surface[some], local[some])
         return which, at
+
+    def part_at(self, surface, points):
+        """points (n, 3) m on surfaces (n,) -> the parts (n,) of them; -1 of points in space"""
+        out, on = np.full(len(points), -1), np.flatnonzero(surface >= 0)
+        number = self.chart(surface[on], self.local(surface[on], points[on]))[0]
+        out[on] = np.where(self.is_sphere[surface[on]], self.root[surface[on]], number)
+        return out
 
     def _face_at(self, surface, local):
         """As chart, on spheres."""
@@ -381,13 +385,14 @@ def _solid(x, y):
 
 
 def crowded(field, smallest, wanted):
-    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and `smallest` m,
-    or FLAT of it in gaps between planes: those are as large as the planes, contacts of spheres are points.
+    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and what is smallest
+    of the two shapes (n shapes,) m, or FLAT of it in gaps between planes: those are as large as the planes, contacts of
+    spheres are points.
 
     wanted (n surfaces,): whether a surface is to be resolved at all.
     """
     leaves = field.leaves[wanted[field.surface[field.leaves]]]
-    leaves = leaves[np.sqrt(field.sizes()[leaves]) > FLAT * smallest]
+    leaves = leaves[np.sqrt(field.sizes()[leaves]) > FLAT * smallest.min()]
     if not len(leaves):
         return leaves
     points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
@@ -398,17 +403,18 @@ def crowded(field, smallest, wanted):
         near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * size))
         if not len(near):
             continue
+        least = np.minimum(smallest[k], smallest[own[near]])
         if isinstance(shape, Sphere):
             reach2 = np.einsum("ni,ni->n", shape.local(points[near]), shape.local(points[near]))
             scale = shape.semi_axes[2] * np.sqrt(np.maximum(reach2 - 1, 0.0))  # tangent from the point: sqrt(d^2 - r^2)
-            scale = np.maximum(scale, smallest)
+            scale = np.maximum(scale, least)
         else:
             gap = np.linalg.norm(points[near] - shape.project(points[near]), axis=1)
             round_ = field.is_sphere[field.surface[leaves[near]]]
             curved = np.array([s.bounds[1] for s in field.scene.shapes])[own[near]]
             flat = _flat_gap(field, leaves[near], points[near], size[near], shape)
             curved = np.sqrt(gap * (gap + 2 * curved))
-            scale = np.where(round_, np.maximum(curved, smallest), np.maximum(flat, FLAT * smallest))
+            scale = np.where(round_, np.maximum(curved, least), np.maximum(flat, FLAT * least))
         split[near] |= size[near] > ACROSS * scale
     return leaves[split]
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from .closed_forms import divide, dot, polygon_unoccluded
 from .error_estimates import DECAY, decay
-from .field import GRID, basis, graded, graded_slope
+from .field import basis, graded, graded_slope
 from .numerics import Block, gauss_legendre
 from .scene import unit
 from .visibility import Shadows
@@ -91,8 +91,9 @@ class Gather:
         u, v = linear[:, :, 0].T.copy(), linear[:, :, 1].T.copy()
         self.frame, self.metric = (factors.origin.T.copy(), u, v), np.stack([dot(u, u), dot(u, v), dot(v, v)])
         self.area = factors.scene.areas
-        chart, corner = np.divmod(field.corner, GRID)
-        self.corner = corner.T / GRID  # of cells (2, n) in their charts, which begin and extend so along the edges
+        everyone = np.arange(len(field.level))
+        chart = field.chart_of(everyone)
+        self.corner = field.in_chart(everyone).T  # of cells (2, n); their charts begin and extend so along the edges
         self.begin, end = (field.cuts[field.surface, ((0,), (1,)), chart.T + k] for k in (0, 1))
         self.extent = end - self.begin
         self.by_surface = np.argsort(field.node_surface, kind="stable")  # nodes in the order of a block's columns

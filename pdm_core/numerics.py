@@ -37,8 +37,8 @@ class Block:
 class Rows:
     """A matrix of few columns a row, as dense blocks of rows that use much the same ones; grown, never copied."""
 
-    def __init__(self, blocks=(), count=0):
-        self.blocks, self.count = list(blocks), count
+    def __init__(self, blocks=(), count=0, dropped=()):
+        self.blocks, self.count, self.dropped = list(blocks), count, np.array(dropped, int)
 
     def __len__(self):
         return self.count
@@ -46,6 +46,22 @@ class Rows:
     def grown(self, blocks, count):
         """With more blocks, and `count` rows in all; rows in no block are zero."""
         return Rows([*self.blocks, *blocks], count)
+
+    def without(self, rows):
+        """With these rows (k,) in no block, to be made anew."""
+        gone = np.zeros(self.count, bool)
+        gone[rows] = True
+        kept = [(block, ~gone[block.rows]) for block in self.blocks]
+        blocks = [
+            block if keep.all() else Block(block.rows[keep], block.columns, block.values[keep])
+            for block, keep in kept
+            if keep.any()
+        ]
+        return Rows(blocks, self.count, np.union1d(self.dropped, rows))
+
+    def missing(self, count):
+        """(k,) Which of so many rows are to be made."""
+        return np.concatenate([self.dropped, np.arange(self.count, count)])
 
     @property
     def bytes(self):

@@ -12,6 +12,7 @@ import numpy as np
 
 from .checked import SceneError, index, number, vectors
 from .contacts import contacts_of, settle, settled_again
+from .each_surface import OWN, Light, own_errors, worst_of_parts
 from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, source_defect
 from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
@@ -32,8 +33,14 @@ SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost
 CELL_NODES = 20  # that splitting a cell adds, with the neighbours that have to follow
 LIGHT_NODES = 0.6  # of the memory: what direct light may take, lest none be left for the rest
 CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
+CONTACT_OWN = 4.0  # sides of a square as large as the smaller of the two shapes: the same of its own light
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 SURE = 0.7  # lower than what was found asks for: the halves of what is split have errors of their own
+NAMED = 3  # surfaces in a warning
+BLAMED = 0.3  # of what a surface's own error may be: what another brings about
+LEAST_LOST = 1e-6  # of the light, in every reflection: what is passed on has to end
+MOST_STRAIN = 16.0  # how much finer links get there
+HALVED = 0.5  # of the error expected on a surface, what a refinement leaves where its own is too large
 MAX_ROUNDS = 12  # refinements towards one target
 TIGHTER, TIGHTEST = 0.03, 1e-5  # tolerance of the solver, of the last, where its rest is most of the error; the least
 MAX_KRYLOV = 60
@@ -65,9 +72,16 @@ class Solution:
         state.field, state.sent = copy.copy(state.field), copy.copy(state.sent)
         self.scene, self.plan, self.counts = state.given, state.plan, dict(state.counts)
         self.error, self.error_parts = state.error, dict(state.error_parts)
+        self.surface_errors = state.own_errors  # (n surfaces,) each one's own: relative L2, estimated
+        self.surface_norms = state.shared.norm  # (n surfaces,) as norm, of each
         self.norm = state.norm  # ||L - Le||, radiance times metres
         self.nodes = len(state.sent.keys)
         self.seconds, self.history, self.warnings = state.elapsed(), list(state.history), []
+
+    def error_over(self, surfaces):
+        """Estimated relative L2 error of L - Le over these surfaces (indices) alone."""
+        norm = self.surface_norms[surfaces]
+        return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
 
     def radiance(self, surface_index, points):
         """points (n, 3) m, projected onto the surface -> outgoing radiance (n, 3)"""
@@ -129,6 +143,7 @@ class _State:
         self.light = np.concatenate([scene.emission[self.lights], scene.background[None]])
         self.added = np.zeros((len(scene), 3))  # emission of surfaces that became lights by relighting
         self.error, self.error_parts, self.history = float("inf"), {}, []
+        self.own_errors, self.strain = np.full(len(scene), np.inf), np.ones(len(scene))
         self.fractions = np.zeros((0, len(self.lights) + 1))
         self.indirect = np.zeros((len(self.field.keys), 3))
         self.rows, self.density, self.full = Rows(), 1.0, False  # the part of all nodes that blocks of rows use
@@ -164,7 +179,7 @@ class _State:
         for s, part, needed, exact, factor in zip(present, parts, wanted, sources, factors):
             lights = np.append(np.searchsorted(needed, self.lights), -1)
             out[part] = factor[:, lights] @ self.light
-            out[part] += self.received[s].at(on[part], factor[:, np.searchsorted(needed, exact)])
+            out[part] += self.received[s].at(x[part], factor[:, np.searchsorted(needed, exact)])
         out[contacts_of(self.scene).covered(x, surface)] = 0.0
         return out
 
@@ -178,7 +193,7 @@ class _State:
     def links(self, points, normals, surface, tolerance):
         """Yield Blocks of rows over the nodes of `sent` at points, and None between as a sign of life."""
         gather = Gather(self.sent, self.factors, self.reflectors)
-        yield from gather.blocks(points, normals, surface, self.detail(), self.tolerance(surface, tolerance))
+        yield from gather.blocks(points, normals, surface, self.detail(), self.tolerance(points, surface, tolerance))
         self.counts["links"] += gather.links
 
     def gathered(self, points, normals, surface, tolerance):
@@ -236,13 +251,18 @@ class _State:
 
     def light_up(self, target, final):
         """Refine where shapes touch, and `sent` until direct light is sent on well enough for `final`; yields."""
-        smallest = CONTACT_SHARE * target * np.sqrt(self.area)
+        own = np.sqrt([shape.area for shape in self.scene.shapes])
+        smallest = CONTACT_SHARE * target * np.minimum(np.sqrt(self.area), CONTACT_OWN * own)
         while 0 < len(cells := crowded(self.field, smallest, self.reached)) <= self.room(LIGHT_NODES):
             yield from self.split(cells)
             yield
         while True:
             error = leaf_errors(self.sent, self.scene.reflectance[self.sent.node_surface] * self.lit)
             cells = _worst(self.sent, error, SENT_SHARE * final * self.scale)
+            if self.measured:
+                own = self.shared.allowed(SENT_SHARE * final / self.caught)
+                cells = np.union1d(cells, worst_of_parts(self.sent, error, own))
+                cells = cells[np.argsort(error[cells], kind="stable")]
             room = self.room(LIGHT_NODES)
             if not min(len(cells), room):
                 return
@@ -253,10 +273,10 @@ class _State:
         """Norm of L - Le over all surfaces: sqrt of the area integral of the squared channels."""
         f = self.sent
         light = self.lit + self.spread(self.indirect)
-        value = ((self.scene.reflectance[f.node_surface] * light) ** 2).sum(axis=1)
-        leaves = f.leaves
-        self.norm = float(np.sqrt((value[f.nodes[leaves]].mean(axis=1) * f.sizes()[leaves]).sum()))
-        self.scale = self.norm / max(1.0, CANCEL * self.gain())  # what local errors are to be small against
+        self.shared = Light(f, self.scene.reflectance[f.node_surface] * light)
+        self.norm = float(np.linalg.norm(self.shared.norm))
+        self.caught = max(1.0, CANCEL * self.gain())
+        self.scale = self.norm / self.caught  # what local errors are to be small against
         self.level = self.scale / np.sqrt(self.area)
 
     def detail(self):
@@ -273,15 +293,15 @@ class _State:
         np.maximum.at(high, f.node_surface, value)
         return Detail(variation, below, (high - low).max(axis=1))
 
-    def tolerance(self, surface, tolerance):
-        """Link tolerance (m,) of receivers on surfaces (m,): dark ones need less."""
+    def tolerance(self, points, surface, tolerance):
+        """Link tolerance (m,) of receivers at points (m, 3) on surfaces (m,): black ones need less, dark ones more."""
         rho = np.where(surface >= 0, self.scene.reflectance[surface].max(axis=1), 1.0)
-        return tolerance / np.maximum(rho, 0.05)
+        return tolerance / np.maximum(rho, 0.05) / self.stress[self.field.part_at(surface, points)]
 
     def extend(self):
         """Rows for the nodes that have none and that light reaches; yields now and then."""
         f = self.field
-        new = np.arange(len(self.rows), len(f.keys))
+        new = self.rows.missing(len(f.keys))
         new = new[self.reached[f.node_surface[new]] & bool(len(self.reflectors) and self.norm > 0)]
         blocks, own, size, most = [], f.node_surface[new], 0, MEMORY - self.rows.bytes
         for block in self.links(f.points[new], f.normals[new], own, self.link_tolerance):
@@ -330,12 +350,14 @@ class _State:
         received, factors = yield from self.by_source(value)
         lights = np.flatnonzero(np.isin(self.reflectors, self.lights))
         rho = self.scene.reflectance
-        self.sent_error = np.sqrt((leaf_errors(self.sent, value)[self.sent.leaves] ** 2).sum())
+        sent = leaf_errors(self.sent, value)[self.sent.leaves] ** 2
+        self.sent_own = np.sqrt(np.bincount(self.sent.surface[self.sent.leaves], sent, len(self.scene)))
+        self.sent_error = float(np.linalg.norm(self.sent_own))
         self.leaf_error, self.received = np.zeros(len(f.level)), []
         for s in range(len(self.scene)):
             nodes = f.node_surface == s
             share = max(self.scene.areas[s] / self.area, 0.5 / len(self.scene))
-            allowed = EXACT_SHARE * target * self.scale * np.sqrt(share)
+            allowed = EXACT_SHARE * target * min(self.scale * np.sqrt(share), OWN * self.shared.norm[s] or np.inf)
             part = Received(f, s, received[nodes], factors[nodes], self.reflectors)
             part.choose(rho[s], allowed, self.exact.get(s, lights), s in self.exact)
             self.leaf_error[part.leaves] = part.leaf_error
@@ -360,7 +382,7 @@ class _State:
             if self.error <= target or not residual.hangs_on_one:
                 break
         if not self.looks:
-            self.error, self.error_parts = 0.0, {}
+            self.error, self.error_parts, self.own_errors = 0.0, {}, np.zeros(len(self.scene))
         else:
             self.learn(residual)
             self.optimism = self.error_parts["discretisation"] / max(self._promised(), 1e-300)
@@ -426,7 +448,54 @@ class _State:
         known = found + self.error_parts["sent"]
         self.error_parts["stiff"] = float(np.sqrt(max((STIFF * self.amplified) ** 2 - known**2, 0.0)))
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.error_parts.values())))
+        self.own_errors = self.each(residual)
         return residual
+
+    def each(self, residual):
+        """(n surfaces,) Each one's own relative error."""
+        received = np.zeros((len(self.scene), len(self.scene)))
+        for s, part in enumerate(self.received):
+            total = part.received.sum(axis=(0, 2))
+            direct = self.lit[self.sent.node_surface == s].mean() * 3 * len(part.received) if len(part.received) else 0
+            received[s, self.reflectors] = total / max((total.sum() + direct) * (1 + LEAST_LOST), 1e-300)
+        f, rho = self.field, self.scene.reflectance
+        promised = self.optimism * np.sqrt(np.bincount(f.surface[f.leaves], self.leaf_error[f.leaves] ** 2, len(rho)))
+        found = residual.by_surface(self.scene.areas)
+        rest = np.linalg.norm([self.error_parts["stiff"], self.error_parts["solver"]])
+        self.told, self.own_promised = np.sqrt(found[1]), promised
+        own, self.own_here, self.passed = own_errors(self.shared, found, promised, received, self.sent_own)
+        return SAFETY * np.where(self.shared.norm > 0, np.hypot(own, rest), 0.0)
+
+    def misses(self):
+        """The target that would be met, by the whole scene's light and each surface's own."""
+        return max(self.error, self.own_errors[self.shared.counts].max(initial=0.0) / OWN)
+
+    def too_large(self, target):
+        """(n surfaces,) Whether own errors, but of the darkest, are above what they may be."""
+        return (self.own_errors > OWN * target) & self.shared.counts
+
+    def to_mend(self, target):
+        """Surfaces (k,) where own errors arise that are too large."""
+        unmet, limit = self.too_large(target), OWN * target / SAFETY
+        here = unmet & (self.own_here > SURE * limit)
+        return np.flatnonzero(here | (self.passed[unmet] > BLAMED * limit).any(axis=0))
+
+    def tighten(self, target):
+        """Rows anew with finer links on the surfaces whose own errors are too large, and larger than surpluses promise;
+        False where there are none."""
+        mended = self.to_mend(target)
+        mended = mended[(self.told[mended] > NOISY * self.own_promised[mended]) & (self.strain[mended] < MOST_STRAIN)]
+        if self.cramped or not (self.checked and len(mended)):
+            return False
+        self.strain[mended] /= SHARPER
+        self.rows = self.rows.without(np.flatnonzero(np.isin(self.field.node_surface, mended)))
+        self.put_under_stress()
+        return True
+
+    def put_under_stress(self):
+        """How much finer links have to be at points of each part, the last: in space."""
+        strain = np.repeat(self.strain, self.field.charts)
+        self.stress = np.append(self.shared.stress(self.level) * strain, 1.0)
 
     def learn(self, residual):
         """Leaves whose residual is larger than their surplus promised, and their siblings, are to be refined."""
@@ -444,10 +513,15 @@ class _State:
         error, allowed = np.clip(self.optimism, 0.5, 2.0) * self.leaf_error, REFINE_TO * target * self.scale
         if self.checked:  # what was found has to fall by so much, however little was promised
             allowed = min(allowed, SURE * target / self.error * np.linalg.norm(error[f.leaves]))
-        cells = _worst(f, error, allowed)
+        own = self.shared.allowed(REFINE_TO * target / self.caught)
+        if self.checked and len(mended := self.to_mend(target)):
+            found = np.sqrt(np.bincount(f.part[f.leaves], error[f.leaves] ** 2, len(own)))
+            part = np.isin(np.repeat(np.arange(len(self.scene)), f.charts), mended)
+            own[part] = np.minimum(own[part], HALVED * found[part])
+        cells = np.union1d(_worst(f, error, allowed), worst_of_parts(f, error, own))
         if not len(cells):
             return False
-        room = self.room()
+        cells, room = cells[np.argsort(error[cells], kind="stable")], self.room()
         if room < len(cells):
             self.cramped = True
             cells = cells[max(len(cells) - room, 0) :]  # the worst come last
@@ -495,6 +569,7 @@ class _State:
     def link_up(self, target):
         """Drop all rows; those to come have links fit for `target`."""
         self.rows, self.link_target = Rows(), target
+        self.put_under_stress()
         self.link_tolerance = LINK_SHARE * min(1.0, np.sqrt(target / MANY)) * self.sharpness * target * self.level
 
     def room(self, share=1.0):
@@ -562,7 +637,7 @@ class _Best:
 
     def add(self, state):
         """Take the solution at hand, unless an earlier one is better: out of memory, finer lights cost elsewhere."""
-        if self.solution is None or state.error <= self.solution.error:
+        if self.solution is None or state.misses() <= self.solution._state.misses():
             self.solution = Solution(state)
 
     def check_time(self, state):
@@ -592,11 +667,12 @@ def _approach(state, best, target_error):
             if state.checked:
                 best.add(state)
                 yield
-            if state.checked and state.error <= target:
+            if state.checked and state.error <= target and (target > target_error or not state.too_large(target).any()):
                 break
             if (yield from state.straighten()) or (target == target_error and state.sharpen()):
                 continue
-            if (yield from state.refine(target)):
+            tightened = target == target_error and state.tighten(target)
+            if (yield from state.refine(target)) or tightened:
                 continue
             if not state.checked:  # nothing left to split although little was promised: measure what it is
                 yield from state.check(target)
@@ -671,6 +747,14 @@ def _finish(solution, state, target_error):
             f"The estimated error is {100 * solution.error:.2g} %, above the target of {100 * target_error:.2g} %; "
             f"raise the {'' if memory else 'time limit or the '}target error"
         )
+    elif len(dark := np.flatnonzero(solution._state.too_large(target_error))):
+        surfaces, own = solution.scene.surfaces, solution.surface_errors
+        named = ", ".join(f"{surfaces[k].name!r} {100 * own[k]:.2g} %" for k in dark[:NAMED])
+        more = f" and {len(dark) - NAMED} more" if len(dark) > NAMED else ""
+        solution.warnings.append(
+            f"Of their own light, dark surfaces are off by more than {OWN:g} times the target ({named}{more}); "
+            "raise the time limit or lower the target error"
+        )
     return solution
 
 
@@ -719,6 +803,6 @@ def _relit(old, scene):
         deque(state.amplify(), maxlen=0)
         state.judge()
     elif not state.norm > 0:
-        state.error, state.error_parts = 0.0, {}
+        state.error, state.error_parts, state.own_errors = 0.0, {}, np.zeros(len(scene))
     state.history.append((state.elapsed(), state.error))
     return Solution(state)

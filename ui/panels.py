@@ -69,6 +69,8 @@ class PDM_PT_report(_Sidebar, Panel):
         layout, report = self.layout, context.scene.pdm_radiosity.report()
         wrapped(layout, context, one_line(report), "INFO")
         _list(layout, context, report["warnings"], "warnings", "ERROR")
+        baked = sorted((o for o in report["objects"] if o["baked"]), key=lambda o: -(o.get("error") or 0.0))
+        _list(layout, context, [f"{o['name']}: {percent(o.get('error'))}" for o in baked], "own errors", "DOT")
         _list(layout, context, report["plan"], "plan", "DOT")
 
 

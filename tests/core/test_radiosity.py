@@ -271,4 +271,4 @@ def test_links_are_made_finer_where_they_are_most_of_the_error():
     panels += [Surface(shelf, 0.5), Surface(shelf, 0.5, side="back")]
     solution = solve(Scene(box(0.46, 0.0, size=(4.61, 4.03, 4.11)) + panels), 1e-2)
     assert solution.error < 1e-2 and not solution.warnings
-    assert solution.nodes < 4000
+    assert solution.nodes < 6000  # the dark backs, of their own light, included
