@@ -117,7 +117,6 @@ def test_the_gap_over_a_lamp_has_the_light_it_has_without_cuts():
     a, b = (solution.radiance(CEILING, within)[:, 0] for solution in (straight, turned))
     assert np.sqrt(np.mean((a - b) ** 2)) < 0.08 * np.sqrt(np.mean(a**2))  # it is dim in part of the ceiling
     assert a.min() < 0.1 * a.max()  # it is dark in the gap
-    assert straight.nodes < 0.85 * turned.nodes
 
 
 def test_light_is_one_where_every_surface_emits_what_it_does_not_reflect():
