@@ -36,8 +36,7 @@ def between_steps(solution, field, targets, points, values):
         count = least + int(min(SHARE * total, MOST) * p.size / total)
         parts.append(_error(solution, field, target, p, p.colours(value)[:, :3].astype(float), count, rng))
         yield len(parts) / len(points)
-    norm = max(solution.norm, 1e-300)
-    parts = np.array(parts) / norm
+    parts = np.array(parts) / solution.norm if solution.norm > 0 else np.zeros(len(parts))  # nothing was to be found
     return Between(float(np.sqrt((parts**2).sum())), parts)
 
 

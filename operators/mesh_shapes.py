@@ -11,10 +11,12 @@ from .mesh_topology import MeshArrays, NotRecognised
 
 @dataclass(frozen=True, eq=False)
 class MeshShapes:
-    """shapes: list of SphereShape and PlaneShape in local coordinates; polygon_shape (p,): index of each polygon's."""
+    """shapes: list of SphereShape and PlaneShape in local coordinates; polygon_shape (p,): index of each polygon's.
+    bodies (n shapes,): a number for each, the same within a closed body that it bounds, -1 where it bounds none."""
 
     shapes: list
     polygon_shape: np.ndarray
+    bodies: np.ndarray
 
     @property
     def kind(self):
@@ -48,7 +50,7 @@ def find_shapes(vertices, corners, counts, materials=None, grids=None):
     fault = None
     try:
         if sphere := _whole_sphere(mesh, grids):
-            return MeshShapes([sphere], np.zeros(len(mesh.counts), np.int64))
+            return MeshShapes([sphere], np.zeros(len(mesh.counts), np.int64), np.array([-1]))
     except NotRecognised as error:
         fault = error
     groups = find_planes(mesh)
@@ -94,4 +96,13 @@ def _mixed(mesh, groups, component, failed, grids):
         first = number[polygons].min()
         number[polygons], spheres[first] = first, sphere
     numbers, polygon_shape = np.unique(number, return_inverse=True)
-    return MeshShapes([spheres.get(k) or groups.plane(k) for k in numbers.tolist()], polygon_shape)
+    shapes = [spheres.get(k) or groups.plane(k) for k in numbers.tolist()]
+    return MeshShapes(shapes, polygon_shape, _bodies(mesh.bodies, polygon_shape, len(shapes)))
+
+
+def _bodies(body, polygon_shape, count):
+    """Bodies of polygons (p,) -> those of the shapes (count,) that they make up: of all their polygons, or none."""
+    low, high = np.full(count, np.iinfo(np.int64).max), np.full(count, -1)
+    np.minimum.at(low, polygon_shape, body)
+    np.maximum.at(high, polygon_shape, body)
+    return np.where(low == high, low, -1)

@@ -63,6 +63,23 @@ class MeshArrays:
         used, corners = np.unique(corners, return_inverse=True)
         return MeshArrays.make(self.vertices[used], corners, self.counts[polygons], self.materials[polygons])
 
+    @cached_property
+    def bodies(self):
+        """(p,) a number for each polygon, the same within a closed body with its normals outward, -1 where there is
+        none: each edge of a component belongs to two of its polygons, once in either direction."""
+        component = self.components()
+        forward = np.where(self.corners < self.following, 1, -1)
+        _, edge, count = np.unique(self.edges, return_inverse=True, return_counts=True)
+        paired = (count == 2) & (np.bincount(edge, forward) == 0)
+        at = self.vertices - self.vertices.mean(axis=0)
+        # six times the volume under each corner's triangle with the polygon's first corner and the middle
+        first = at[self.corners[self.starts]][self.polygons]
+        volume = np.einsum("ci,ci->c", first, np.cross(at[self.corners], at[self.following]))
+        count = len(self.vertices)
+        open_edges = np.bincount(component[self.polygons], ~paired[edge], count)
+        closed = (open_edges == 0) & (np.bincount(component[self.polygons], volume, count) > 0)
+        return np.where(closed[component], component, -1)
+
     def components(self):
         """(p,) a number for each polygon, the same within a component; polygons are linked through vertices."""
         return connected(len(self.vertices), self.corners, self.following)[self.corners[self.starts]]

@@ -117,7 +117,7 @@ def _accept(found, reading, baked):
                 looks[key] = read_material(material, baked)
             users.setdefault(key, {})[mesh.object.name] = None
         own = [looks[material and material.name_full] for material in mesh.shape_materials]
-        pieces = pieces_of(mesh.object.name, mesh.matrix, mesh.shapes.shapes, own)
+        pieces = pieces_of(mesh.object.name, mesh.matrix, mesh.shapes, own)
         problems = [problem for piece in pieces if (problem := piece.shape.problem())]
         if all(look.is_volume for look in own):
             reading.refused.append((mesh.object.name, "has only a volume shader, which takes no part in this light"))

@@ -21,6 +21,7 @@ class Piece:
     shape: Plane | Sphere
     look: Appearance
     is_outward: bool = True  # False for a sphere whose normals point inside
+    body: tuple = ()  # the same of planes that bound a closed body, their normals outward
 
     def surface(self, hidden=False):
         """The Surface of the side that the mesh's normals face, or of the hidden one."""
@@ -34,20 +35,21 @@ class Piece:
 
 
 def pieces_of(name, matrix, shapes, looks):
-    """[Piece] of the local `shapes` under `matrix` (4, 4), with an Appearance of each.
+    """[Piece] of the MeshShapes `shapes` under `matrix` (4, 4), with an Appearance of each shape.
 
     A side keeps facing where the inverse transpose of the matrix takes its normal, mirrored or not, as in Cycles.
     """
     pieces = []
-    for k, (shape, look) in enumerate(zip(shapes, looks, strict=True), 1):
+    for k, (shape, look, body) in enumerate(zip(shapes.shapes, looks, shapes.bodies.tolist(), strict=True), 1):
         is_sphere = isinstance(shape, SphereShape)
-        label = name if len(shapes) == 1 else f"{name} {'sphere' if is_sphere else 'face'} {k}"
+        label = name if len(looks) == 1 else f"{name} {'sphere' if is_sphere else 'face'} {k}"
         if is_sphere:
             pieces.append(Piece(label, _sphere(matrix @ shape.matrix), look, shape.is_outward))
         else:
             u, v = matrix[:3, :3] @ shape.u, matrix[:3, :3] @ shape.v
             u, v = (v, u) if np.linalg.det(matrix[:3, :3]) < 0 else (u, v)
-            pieces.append(Piece(label, Plane(matrix[:3, :3] @ shape.corner + matrix[:3, 3], u, v), look))
+            plane = Plane(matrix[:3, :3] @ shape.corner + matrix[:3, 3], u, v)
+            pieces.append(Piece(label, plane, look, body=(name, body) if body >= 0 else ()))
     return pieces
 
 
@@ -94,8 +96,8 @@ def _spread(shape):
 def surfaces_of(pieces):
     """[Surface] of all pieces, and [[facing, hidden]] the indices of each piece's surfaces.
 
-    A plane has both sides. A sphere has the side that its normals face, and the other only where some shape may see
-    it: a closed ball's inside is out of every light's reach but its own.
+    A plane has both sides, a sphere that which its normals face. The hidden sides of closed bodies, and of closed
+    balls, are left out where no light comes: they are out of every light's reach but of one that is inside.
     """
     surfaces, indices = [], []
     for piece, seen in zip(pieces, _hidden_is_seen(pieces), strict=True):
@@ -106,25 +108,67 @@ def surfaces_of(pieces):
 
 
 def _hidden_is_seen(pieces):
-    """(n,) True for planes, and for spheres where another shape's bounds reach to the hidden side."""
+    """(n,) Whether light may come to the hidden side of each, from outside itself."""
     if not pieces:
         return np.zeros(0, bool)
-    centre, radius = _bounds(pieces)
-    is_plane = np.array([isinstance(piece.shape, Plane) for piece in pieces])
-    normal = np.array([piece.shape.normal if isinstance(piece.shape, Plane) else np.zeros(3) for piece in pieces])
-    seen = is_plane.copy()
-    for i in np.flatnonzero(~is_plane):
-        shape = pieces[i].shape
-        distance = np.linalg.norm(centre - centre[i], axis=1)
-        if pieces[i].is_outward:
-            # a plane is out of reach too where it passes the ball by: `reach` is half the ball's width across it
-            reach = np.linalg.norm(normal @ shape.linear, axis=1)
-            apart = np.abs(np.einsum("ij,ij->i", normal, centre - centre[i]))
-            inside = (distance < (radius + radius[i]) * (1 - TOUCH)) & (~is_plane | (apart < reach * (1 - TOUCH)))
-            inside[i] = False
-            seen[i] = inside.any()
-        else:
-            outside = distance + radius > shape.semi_axes[2] * (1 + TOUCH)
-            outside[i] = False
-            seen[i] = outside.any()
+    low, high = _boxes(pieces)
+    shines = np.array([any((side > 0).any() for side in piece.look.emission) for piece in pieces])
+    seen = np.array([isinstance(piece.shape, Plane) for piece in pieces])
+    for inner in _closed(pieces):
+        touch = TOUCH * (high[inner] - low[inner]).max()
+        inside = (low < high[inner].max(axis=0) - touch).all(axis=1)
+        inside &= (high > low[inner].min(axis=0) + touch).all(axis=1)
+        inside[inner] = False
+        if not shines[inner].any():  # then what receives light inside has it from what is inside
+            inside &= shines
+        if len(inner) == 1 and inside.any():
+            inside &= _reaches_into(pieces, inner[0])
+        seen[inner] = inside.any()
+    for k, piece in enumerate(pieces):
+        if not piece.is_outward:
+            outside = _beyond(pieces, piece.shape)
+            outside[k] = False
+            seen[k] = outside.any()
     return seen
+
+
+def _closed(pieces):
+    """[indices] of the pieces of each closed body, and of each ball with its normals outward."""
+    bodies = {}
+    for k, piece in enumerate(pieces):
+        if piece.body:
+            bodies.setdefault(piece.body, []).append(k)
+    balls = [k for k, piece in enumerate(pieces) if isinstance(piece.shape, Sphere) and piece.is_outward]
+    return [np.array(body) for body in bodies.values()] + [np.array([k]) for k in balls]
+
+
+def _boxes(pieces):
+    """low, high (n, 3) m: the pieces' extents along the axes."""
+    extents = []
+    for piece in pieces:
+        if isinstance(piece.shape, Plane):
+            extents.append((piece.shape.corners.min(axis=0), piece.shape.corners.max(axis=0)))
+        else:
+            reach = np.linalg.norm(piece.shape.linear, axis=1)
+            extents.append((piece.shape.origin - reach, piece.shape.origin + reach))
+    low, high = zip(*extents)
+    return np.array(low), np.array(high)
+
+
+def _reaches_into(pieces, k):
+    """(n,) False for pieces that are wholly outside ball k, as far as bounds tell."""
+    centre, radius = _bounds(pieces)
+    normal = np.array([piece.shape.normal if isinstance(piece.shape, Plane) else np.zeros(3) for piece in pieces])
+    # a plane is out of reach too where it passes the ball by: `reach` is half the ball's width across it
+    reach = np.linalg.norm(normal @ pieces[k].shape.linear, axis=1)
+    apart = np.abs(np.einsum("ij,ij->i", normal, centre - centre[k]))
+    distance = np.linalg.norm(centre - centre[k], axis=1)
+    passes = normal.any(axis=1) & (apart >= reach * (1 - TOUCH))
+    return (distance < (radius + radius[k]) * (1 - TOUCH)) & ~passes
+
+
+def _beyond(pieces, dome):
+    """(n,) Whether pieces reach out of a dome, as far as bounds tell."""
+    centre, radius = _bounds(pieces)
+    distance = np.linalg.norm(centre - dome.bounds[0], axis=1)
+    return distance + radius > dome.semi_axes[2] * (1 + TOUCH)

@@ -143,16 +143,16 @@ def settle(scene):
     middle = (low + high) / 2
     origin = middle if np.linalg.norm(middle) > FAR * np.linalg.norm(high - low) else np.zeros(3)
     if not origin.any() and (corners == contacts.planes.corners).all():
-        return _moved(scene, [s.shape for s in scene.surfaces], contacts), origin
-    shapes = {}
+        return _moved(scene, [scene.shapes[k] for k in scene.shape_of], contacts), origin
+    shapes = []
     for k, shape in enumerate(scene.shapes):
         if isinstance(shape, Sphere):
             matrix = shape.matrix.copy()
             matrix[:3, 3] -= origin
-            shapes[id(shape)] = Sphere(matrix)
+            shapes.append(Sphere(matrix))
         else:
-            shapes[id(shape)] = Plane.through(corners[contacts.planes.number[k]] - origin)
-    return _moved(scene, [shapes[id(s.shape)] for s in scene.surfaces], contacts), origin
+            shapes.append(Plane.through(corners[contacts.planes.number[k]] - origin))
+    return _moved(scene, [shapes[k] for k in scene.shape_of], contacts), origin
 
 
 def settled_again(settled, scene):

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from .checked import LEAST, MOST, SceneError, colour, number, vector
+from .coincident import REACHES, one_and_the_same
 
 MAX_REFLECTANCE = 0.999999  # at 1 an enclosed light has no steady state
 FLATTEST = 1e-9  # a shape thinner than this part of its extent has no usable area or inside
@@ -100,6 +101,13 @@ class Plane(_Shape):
         c, u, v = self.origin, self.u, self.v
         return np.array([c, c + u, c + u + v, c + v])
 
+    @property
+    def marks(self):
+        """(12,) m; the same of the same shape."""
+        centre = self.bounds[0]
+        reach = np.abs((self.corners - centre) @ REACHES.T).max(axis=0)
+        return np.concatenate([centre, np.sqrt(self.area) * self.normal, reach])
+
     @cached_property
     def bounds(self):
         """Centre (3,) and radius of a sphere around the shape."""
@@ -178,6 +186,13 @@ class Sphere(_Shape):
         length = np.linalg.norm(local, axis=1, keepdims=True)
         local = np.where(length > 0, local / np.where(length > 0, length, 1.0), [0.0, 0.0, 1.0])
         return self.world(local)
+
+    @property
+    def marks(self):
+        """(12,) m; the same of the same shape."""
+        centre = self.bounds[0]
+        reach = np.linalg.norm(REACHES @ self.linear, axis=1)
+        return np.concatenate([centre, np.zeros(3), reach])
 
     @property
     def thickness(self):
@@ -270,8 +285,8 @@ class Surface:
 class Scene:
     """Surfaces and a constant background radiance (3,) from outside.
 
-    Surfaces may share one shape object, which occludes once. rounding: of the coordinates, relative (Blender's:
-    2**-24); what touches is decided by it.
+    Surfaces may share one shape, the same object or one at the same place, which occludes once. rounding: of the
+    coordinates, relative (Blender's: 2**-24); what touches is decided by it.
     """
 
     surfaces: tuple
@@ -292,11 +307,13 @@ class Scene:
                 raise SceneError(f"Scene: {surface!r} is not a Surface")
         background = colour(self.background, "Scene background")
         rounding = number(self.rounding, "Scene rounding", "a relative one such as 2**-53 or 2**-24", 0, COARSEST)
-        shapes = {id(s.shape): s.shape for s in surfaces}
-        order = {key: k for k, key in enumerate(shapes)}
+        given = {id(s.shape): s.shape for s in surfaces}
+        first = one_and_the_same(list(given.values()), tolerance_of(given.values()))
+        kept, place = np.unique(first, return_inverse=True)
+        shapes, order = [list(given.values())[k] for k in kept], dict(zip(given, place.tolist()))
         sides = {}
         for surface in surfaces:
-            key = (id(surface.shape), surface.side)
+            key = (order[id(surface.shape)], surface.side)
             if key in sides:
                 raise SceneError(
                     f"Surface {surface.name!r} and surface {sides[key]!r} are the same side of one shape; remove one"
@@ -305,7 +322,7 @@ class Scene:
         object.__setattr__(self, "surfaces", surfaces)
         object.__setattr__(self, "background", background)
         object.__setattr__(self, "rounding", rounding)
-        object.__setattr__(self, "shapes", tuple(shapes.values()))
+        object.__setattr__(self, "shapes", tuple(shapes))
         object.__setattr__(self, "shape_of", np.array([order[id(s.shape)] for s in surfaces]))
         if not LEAST < self.size < MOST or not all(LEAST**2 < s.area for s in self.shapes):
             raise SceneError(f"Scene: its extent is {self.size:g} m; scale it to metres of ordinary size")

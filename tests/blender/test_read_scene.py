@@ -137,13 +137,15 @@ def test_inward_sphere_is_baked_inside(read):
 
 
 def test_hidden_side_of_a_sphere_is_read_where_something_may_see_it(read):
-    """Touching the floor or passing it by is not seeing the inside."""
+    """Touching the floor or passing it by is not seeing the inside, nor is being inside where no light is."""
     scenes.grid("Floor", 1, 20.0)
     ball = scenes.sphere("Ball", matrix=Matrix.Translation((0, 0, 1)))
     scenes.sphere("Next", matrix=Matrix.Translation((2, 0, 1)))
     names = [s.name for s in read().scene.surfaces]
     assert names == ["Floor", "Floor (back)", "Ball", "Next"]
-    scenes.sphere("Inner", radius=0.2, matrix=Matrix.Translation((0, 0, 1)))
+    inner = scenes.sphere("Inner", radius=0.2, matrix=Matrix.Translation((0, 0, 1)))
+    assert "Ball (inside)" not in [s.name for s in read().scene.surfaces]
+    inner.data.materials.append(scenes.material("Lamp", emission=(1, 1, 1)))
     assert "Ball (inside)" in [s.name for s in read().scene.surfaces]
     ball.data.flip_normals()
     ball.scale = (0.9, 0.9, 0.9)
@@ -178,14 +180,27 @@ def test_box_and_room(read, inverted, matrix):
     bpy.context.view_layer.update()
     reading = read()
     found, surfaces = only(reading)
-    assert (found.kind, found.label, len(surfaces)) == ("PLANES", "6 planes", 12)
-    assert {s.name for s in surfaces} == {f"Room face {k}{b}" for k in range(1, 7) for b in ("", " (back)")}
-    assert sorted(found.polygon_surface) == found.surfaces[::2]
+    sides = 2 if inverted else 1  # no light comes into a closed box
+    assert (found.kind, found.label, len(surfaces)) == ("PLANES", "6 planes", 6 * sides)
+    assert {s.name for s in surfaces} == {f"Room face {k}{b}" for k in range(1, 7) for b in ("", " (back)")[:sides]}
+    assert sorted(found.polygon_surface) == found.surfaces[::sides]
     mine, theirs = facing(reading, found)
     np.testing.assert_allclose(mine, theirs, atol=1e-4)
     centre = np.array(obj.matrix_world.translation)
-    outward = [s.sign * s.shape.normal @ (s.shape.bounds[0] - centre) > 0 for s in surfaces[::2]]
+    outward = [s.sign * s.shape.normal @ (s.shape.bounds[0] - centre) > 0 for s in surfaces[::sides]]
     assert outward == [not inverted] * 6
+
+
+def test_the_inside_of_a_box_is_read_where_light_is_in_it(read):
+    box = scenes.box("Box", 2.0)
+    lamp = scenes.grid("Lamp", 1, 0.5, made_of=scenes.material("Light", emission=(1, 1, 1)))
+    names = [s.name for s in read().scene.surfaces]
+    assert len(names) == 14 and "Box face 1 (back)" in names
+    lamp.location.z = 1.0  # on its lid
+    bpy.context.view_layer.update()
+    assert len(read().scene.surfaces) == 8
+    scenes.rebuild(box, lambda b: bmesh.ops.create_grid(b, x_segments=1, y_segments=1, size=1.0))
+    assert len(read().scene.surfaces) == 4
 
 
 def test_joined_pieces_know_their_surfaces(read):
@@ -198,7 +213,7 @@ def test_joined_pieces_know_their_surfaces(read):
     reading = read()
     found, surfaces = only(reading)
     assert (found.kind, found.label) == ("SHAPES", "1 UV sphere, 7 planes")
-    assert len(surfaces) == 1 + 2 * 7
+    assert len(surfaces) == 1 + 6 + 2
     mine, theirs = facing(reading, found)
     assert (np.einsum("ij,ij->i", mine, theirs) > 0.5).all()
 

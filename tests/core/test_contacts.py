@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pdm_core import Plane, Scene, Sphere, Surface, form_factors, solve
+from pdm_core import Plane, Scene, SceneError, Sphere, Surface, form_factors, solve
 from pdm_core.contacts import contacts_of, settle
 from pdm_core.radiosity import _State
 
@@ -200,10 +200,34 @@ def test_a_room_of_touching_slabs_is_dark_inside(place):
 def test_the_smaller_lies_on_top_and_of_equal_ones_the_later():
     floor, rug, mat = Plane((0, 0, 0), (4, 0, 0), (0, 4, 0)), Plane((1, 1, 0), (2, 0, 0), (0, 2, 0)), None
     mat = Plane((1.2, 1.2, 0), (0, 1, 0), (1, 0, 0))  # it looks down: its back is what one sees
-    scene = Scene([Surface(rug), Surface(mat), Surface(floor), Surface(Plane((1, 1, 0), (2, 0, 0), (0, 2, 0)))])
+    scene = Scene([Surface(rug), Surface(mat), Surface(floor), Surface(Plane((1.5, 1, 0), (2, 0, 0), (0, 2, 0)))])
     settled = settle(scene)[0]
     rug, mat, floor, later = (s.shape.corners[:, 2].max() for s in settled.surfaces)
     assert floor == 0 < rug < later < mat < 2000 * scene.tolerance
+
+
+def same_shape():
+    yield Plane((1, 1, 0), (2, 0, 0), (0, 3, 0)), Plane((3, 1, 0), (0, 3, 0), (-2, 0, 0))  # from another corner
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    for matrix in (np.eye(4), np.diag([2, 1, 0.5, 1])):
+        other = matrix.copy()
+        other[:3, :3] = matrix[:3, :3] @ turn
+        yield Sphere(matrix), Sphere(other)
+
+
+@pytest.mark.parametrize(("one", "other"), list(same_shape()))
+def test_the_same_shape_given_twice_is_one_shape_or_refused(one, other):
+    scene = Scene([Surface(one), Surface(other, side="back")])
+    assert len(scene.shapes) == 1 and list(scene.shape_of) == [0, 0]
+    with pytest.raises(SceneError, match="'a'.*'b'|'b'.*'a'"):
+        Scene([Surface(one, name="a"), Surface(other, name="b")])
+
+
+def test_shapes_that_differ_are_two():
+    square = Plane((1, 1, 0), (2, 0, 0), (0, 2, 0))
+    askew = Plane((2 - 2**0.5, 2, 0), (2**0.5, -(2**0.5), 0), (2**0.5, 2**0.5, 0))  # turned about its middle
+    for other in (askew, Plane((1, 1, 0), (0, 2, 0), (2, 0, 0)), Plane((1, 1, 1e-9), (2, 0, 0), (0, 2, 0))):
+        assert len(Scene([Surface(square), Surface(other)]).shapes) == 2
 
 
 def test_gaps_thinner_than_the_rounding_are_said():

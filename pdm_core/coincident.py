@@ -1,0 +1,24 @@
+"""Which shapes are one and the same although given twice: found by sorting, not by comparing each with each."""
+
+import numpy as np
+
+LOOSE = 8.0  # tolerances by which coordinates of the same shape may differ
+_RANDOM = np.random.default_rng(7)
+REACHES = _RANDOM.normal(size=(6, 3)) / 2  # directions along which shapes' reach tells them from each other
+ALONG = _RANDOM.normal(size=12)  # one along which different ones hardly ever have the same place
+
+
+def one_and_the_same(shapes, tolerance):
+    """(n,) Of each shape the first that coincides with it, front on front, to a few tolerances, m."""
+    marks = np.array([shape.marks for shape in shapes])
+    place = marks @ ALONG
+    order, first = np.argsort(place, kind="stable"), np.arange(len(shapes))
+    reach = LOOSE * tolerance * np.abs(ALONG).sum()
+    for step in range(1, len(shapes)):
+        near = np.flatnonzero(place[order[step:]] - place[order[:-step]] <= reach)
+        if not len(near):
+            break
+        a, b = order[near], order[near + step]
+        same = np.abs(marks[a] - marks[b]).max(axis=1) <= LOOSE * tolerance
+        np.minimum.at(first, np.maximum(a, b)[same], np.minimum(a, b)[same])
+    return first[first]
