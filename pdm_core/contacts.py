@@ -8,10 +8,12 @@ between two of them receives nothing.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from .scene import Plane, Scene, Sphere, tolerance_of
+from .view import ShapeTable, against_dome
 
 PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apart by ten
 CLEAR = 8.0  # tolerances that points keep from what stands on their surface
@@ -100,6 +102,24 @@ class Contacts:
         """Positions (n, 2) of points (n, 3) m along the edges of planes, shapes (n,)."""
         planes, k = self.planes, self.planes.number[shape]
         return np.einsum("nij,nj->ni", planes.inverse[k, :2], points - planes.corners[k, 0])
+
+    @cached_property
+    def shells(self):
+        """(surface, shape) index arrays (k,): inner sides of spheres, and shapes that reach beyond them: what does so
+        is hidden by the sphere itself."""
+        inner = np.flatnonzero([s.is_inside for s in self.scene.surfaces])
+        surface, shape = (a.ravel() for a in np.meshgrid(inner, np.arange(len(self.scene.shapes)), indexing="ij"))
+        other = self.scene.shape_of[surface] != shape
+        surface, shape = surface[other], shape[other]
+        if not len(surface):
+            return surface, shape
+        table, reaches, dome = ShapeTable(self.scene.shapes), np.zeros(len(surface), bool), self.scene.shape_of[surface]
+        for is_ball, of in ((True, "ball_of"), (False, "polygon_of")):
+            k = np.flatnonzero(table.is_ball[shape] == is_ball)
+            if len(k):
+                cross, outside = against_dome(table, dome[k], **{of: shape[k]})
+                reaches[k] = cross | outside
+        return surface[reaches], shape[reaches]
 
     @property
     def planes(self):

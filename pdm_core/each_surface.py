@@ -7,6 +7,7 @@ from .field import DEEPEST
 OWN = 4.0  # targets that a surface's own error may reach
 DIM = 0.01  # of the brightest surface's light: what is darker need not reach it
 TOLD = 4.0  # points looked at that weigh as much as what the surpluses promise
+UNLIT = 1e-9  # of the scene's light: less is rounding
 ONE_SIGNED = 0.3  # part of a surface's error that is of one sign, and goes on as light does
 
 
@@ -60,7 +61,8 @@ def own_errors(light, found, promised, received, sent):
     """
     count, found2 = found
     error = np.stack([np.sqrt((count * found2 + TOLD * promised**2) / (count + TOLD)), sent])
-    here, sent = np.divide(error, light.norm, out=np.zeros_like(error), where=light.norm > 0)
+    lit = light.norm > UNLIT * np.linalg.norm(light.norm)
+    here, sent = np.divide(error, light.norm, out=np.zeros_like(error), where=lit)
     source = ONE_SIGNED * here + sent
     passed = received @ np.linalg.inv(np.eye(len(here)) - received)
-    return np.hypot(here, passed @ source), here, passed * source
+    return np.where(lit, np.hypot(here, passed @ source), 0.0), here, passed * source

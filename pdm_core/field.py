@@ -14,6 +14,7 @@ import numpy as np
 from .charts import CHARTS, charts_of
 from .contacts import contacts_of
 from .scene import Sphere, unit
+from .view import TOUCHING
 
 DEEPEST = 10  # levels of cells below a chart
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
@@ -26,6 +27,7 @@ FLAT = 0.2  # of the least size at contacts of spheres, which are points: gaps b
 # that end where the gap does, so that nodes crowd there anyway, that one
 GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
 NUDGE = 1e-7, 1e-2  # of its edges: how far points on a plane's border are moved inwards, off the neighbour's plane
+INSIDE = 4 * TOUCHING  # of a sphere: how far points on its inner side are moved inwards
 JUMP = 2.5  # times that: off a line where light jumps
 
 
@@ -104,6 +106,8 @@ class Field:
         self.sign = np.array([s.sign for s in self.scene.surfaces])
         self.contacts = contacts_of(self.scene)
         edges = np.maximum(np.linalg.norm(self.linear[:, :, :2], axis=1), 1e-300)
+        self.depth = np.ones(len(shapes))  # of the unit sphere: off its own inner side, where that hides something
+        self.depth[self.contacts.shells[0]] = 1 - INSIDE
         self.border = np.clip(self.contacts.apart / edges, *NUDGE)  # (n surfaces, 2), of planes
 
     # -- nodes ---------------------------------------------------------------------------------------------------
@@ -187,7 +191,7 @@ class Field:
         return self._off_border(surface, chart, t)
 
     def _world(self, surface, local):
-        affine = np.einsum("nij,nj->ni", self.linear.take(surface, axis=0), local)
+        affine = np.einsum("nij,nj->ni", self.linear.take(surface, axis=0), local * self.depth[surface][:, None])
         twist = (local[:, 0] * local[:, 1])[:, None] * self.twist.take(surface, axis=0)
         return self.origin.take(surface, axis=0) + affine + twist
 
@@ -307,7 +311,9 @@ class Field:
 
     def inset(self, surface, points):
         """Points (n, 3) on a surface moved off a plane's border and off what stands on it."""
-        if not self.is_sphere[surface]:
+        if self.is_sphere[surface]:
+            points = self.origin[surface] + self.depth[surface] * (points - self.origin[surface])
+        else:
             local = self.scene.surfaces[surface].shape.local(points)
             local[:, :2] = np.clip(local[:, :2], self.border[surface], 1 - self.border[surface])
             points = self.scene.surfaces[surface].shape.world(local)

@@ -464,7 +464,7 @@ class _State:
         rest = np.linalg.norm([self.error_parts["stiff"], self.error_parts["solver"]])
         self.told, self.own_promised = np.sqrt(found[1]), promised
         own, self.own_here, self.passed = own_errors(self.shared, found, promised, received, self.sent_own)
-        return SAFETY * np.where(self.shared.norm > 0, np.hypot(own, rest), 0.0)
+        return SAFETY * np.where(own > 0, np.hypot(own, rest), 0.0)
 
     def misses(self):
         """The target that would be met, by the whole scene's light and each surface's own."""

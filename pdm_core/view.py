@@ -213,7 +213,7 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
         first[k], _, cross[k], within[k] = order
     elif sky:
         if source[0] >= 0:  # the inner side of a sphere: what is outside of it hides nothing
-            cross, within = _against_dome(table, source[pair], ball_of=occluder)
+            cross, within = against_dome(table, source[pair], ball_of=occluder)
             first = ~within
     else:
         first, cross, within = _order_balls(table, x.take(pair, axis=1), occluder, source[pair])
@@ -240,7 +240,7 @@ def _sift_polygons(table, x, n, source, corners, pair, occluder, sky):
         _, before, cross, _ = _order_ball_polygon(table, x, source, polygon)
         keep &= before | cross
     elif source[0] >= 0:
-        cross, beyond = _against_dome(table, source[pair], polygon_of=occluder)
+        cross, beyond = against_dome(table, source[pair], polygon_of=occluder)
         keep &= ~beyond
     cross &= keep
     return keep & ~cross, cross, np.zeros(len(pair), bool)
@@ -265,7 +265,7 @@ def _on_plane(height, tolerance):
     return np.where(np.abs(height) > tolerance, height, 0.0)
 
 
-def _against_dome(table, dome, ball_of=None, polygon_of=None):
+def against_dome(table, dome, ball_of=None, polygon_of=None):
     """Whether shapes cross the sphere dome (m,), and whether they lie outside it."""
     index = polygon_of if ball_of is None else ball_of
     inverse, centre = table.inverse.take(dome, axis=2), table.origin.take(dome, axis=1)
@@ -489,10 +489,10 @@ def _sampled(table, x, n, source, corners, sky, occluders):
     s, t = (a.reshape(-1, 1) for a in np.meshgrid(nodes, nodes, indexing="ij"))
     weight = np.outer(weights, weights).reshape(-1, 1)
     m = x.shape[1]
+    around = np.full(m, -1)
     if corners is not None:
-        u, v = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
-        d = corners[:, 0][:, None] + s * u[:, None] + t * v[:, None]
-        area = np.abs(dot(cross(u, v)[:, None], d)) * weight
+        around = _ball_around(table, x, occluders)
+        d, area = _flat_samples(table, x, corners, around, s, t, weight)
     elif sky:
         frame = sky_source(n)
         e, f = frame.p[:, 0], cross(n, frame.p[:, 0])
@@ -512,7 +512,53 @@ def _sampled(table, x, n, source, corners, sky, occluders):
         if valid.any():
             blocked = segment_blocked(table, np.broadcast_to(x[:, None], d.shape), d, _real(index))
             kernel[blocked & valid] = 0.0
-    return _unoccluded(table, x, n, source, corners, sky) * divide(kernel.sum(axis=0), whole).reshape(m)
+    seen, free = kernel.sum(axis=0), _unoccluded(table, x, n, source, corners, sky)
+    return np.where(around < 0, free * divide(seen, whole), np.minimum(seen / np.pi, free))
+
+
+def _ball_around(table, x, occluders):
+    """(m,) A ball among occluders (m, k) that points x (3, m) are within, -1 for none."""
+    around = np.full(x.shape[1], -1)
+    for index in occluders.T:
+        k = np.flatnonzero((index >= 0) & table.is_ball[index] & (around < 0))
+        local = transform(table.inverse.take(index[k], axis=2), x[:, k] - table.origin.take(index[k], axis=1))
+        k = k[dot(local, local) < (1 - TOUCHING) ** 2]
+        around[k] = index[k]
+    return around
+
+
+def _flat_samples(table, x, corners, around, s, t, weight):
+    """Offsets (3, j, m) to samples of parallelograms and area element times cosine times |d| there; of those points x
+    that are within a ball, around (m,) not -1, only over what its section with the plane leaves of the parallelogram.
+    """
+    o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
+    s, t, weight = (np.broadcast_to(a, (len(weight), o.shape[1])).copy() for a in (s, t, weight))
+    k = np.flatnonzero(around >= 0)
+    if len(k):
+        inverse = table.inverse.take(around[k], axis=2)
+        steps = [transform(inverse, a[:, k]) for a in (u, v)]
+        c = transform(inverse, o[:, k] + x[:, k] - table.origin.take(around[k], axis=1))
+        s[:, k], t[:, k], part = _over_section(c, *steps, s[:, k], t[:, k])
+        weight[:, k] *= part
+    d = o[:, None] + s * u[:, None] + t * v[:, None]
+    return d, np.abs(dot(cross(u, v)[:, None], d)) * weight
+
+
+def _over_section(c, u, v, s, t):
+    """Samples s, t (j, m) of the unit square -> those over its part in the disc where the plane c + s u + t v meets the
+    unit ball, and the density (j, m) that they have there; smooth up to the disc's rim."""
+    uu, uv, vv, cu, cv = dot(u, u), dot(u, v), dot(v, v), dot(c, u), dot(c, v)
+    det = uu * vv - uv * uv
+    middle = divide(uv * cv - vv * cu, det)
+    foot = c + middle * u + divide(uv * cu - uu * cv, det) * v
+    reach = np.sqrt(np.maximum(1 - dot(foot, foot), 0.0) * divide(vv, det))
+    low, high = (np.arcsin(np.clip(divide(end - middle, reach), -1.0, 1.0)) for end in (0.0, 1.0))
+    angle = low + (high - low) * s
+    s, density = middle + reach * np.sin(angle), (high - low) * reach * np.cos(angle)
+    half = cv + s * uv
+    root = np.sqrt(np.maximum(half * half - vv * (dot(c, c) + s * (2 * cu + s * uu) - 1), 0.0))
+    low, high = (np.clip((k * root - half) / vv, 0.0, 1.0) for k in (-1, 1))
+    return s, low + (high - low) * t, density * (high - low)
 
 
 def _dome_distance(table, x, d, source):

@@ -6,6 +6,7 @@ Bounding volumes and separating planes decide before any work per point; the res
 import numpy as np
 
 from .closed_forms import cross, dot, polygon_unoccluded, transform
+from .contacts import contacts_of
 from .scene import Sphere
 from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, visible_factors
 
@@ -40,6 +41,8 @@ class Shafts:
         outward = ~self.not_behind.any(axis=1)
         self.in_sight = np.flatnonzero(~outward)  # surfaces that may be seen at all
         self.walls = self._walls()
+        self.shell = np.zeros((len(scene), len(scene.shapes)), bool)
+        self.shell[contacts_of(scene).shells] = True  # its own sphere hides what reaches out of it from a surface
 
     def _walls(self):
         """Surfaces of walls, if every other shape has a surface wherever it can be seen; else none."""
@@ -104,6 +107,7 @@ class Shafts:
             high = np.maximum(self.high[:, sa], self.high[:, sb]).T
             part &= ~self.is_plane | ((low < -self.eps) & (high > self.eps))
             keep[known] = part if around is not None else part & self._near_axis(self.centre[sa], self.radius[sa], sb)
+            keep[known, sa] = self.shell[a[known], sb]
         return keep
 
     def may_see(self, a):

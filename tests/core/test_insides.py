@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from pdm_core import Plane, Scene, Sphere, Surface, form_factors, solve
+from pdm_core.closed_forms import polygon_unoccluded
+from pdm_core.radiosity import _State
 
 SKY = (1.0, 1.0, 1.0)
 
@@ -100,3 +102,45 @@ def test_what_sends_light_to_black_surfaces_alone_needs_no_rows():
     solution = solve(Scene([square((0, 0, 0), 10), Surface(Sphere.at((0.3, 0.2, 0.02), 0.01), 0, 1)]), 0.05)
     right = 0.5 * 0.01**2 * 0.02 / (1 + 0.02**2) ** 1.5
     assert solution.radiance(0, [(1.3, 0.2, 0)])[0] == pytest.approx([right] * 3, rel=1e-6)
+
+
+def crossed(kind, turn):
+    """Surfaces, and the balls among them whose insides no light reaches: they cross each other, or a floor."""
+    lamp = Plane(turn @ [-0.5, -0.5, 3], turn @ [0, 1, 0], turn @ [1, 0, 0])
+    floor = Plane(turn @ [-2, -2, -0.3], turn @ [4, 0, 0], turn @ [0, 4, 0])
+    balls = {
+        "a plane": [Sphere.at(turn @ [0.1, 0.2, 0.0], 0.5)],
+        "a plane at its edge": [Sphere.at(turn @ [2.0, 0.2, -0.1], 0.5)],
+        "a plane through the middle": [Sphere.at(turn @ [0.0, 0.2, -0.3], 0.5)],
+        "each other": [Sphere.at(turn @ [-0.2, 0.0, 0.6], 0.7), Sphere.at(turn @ [0.5, 0.2, 0.5], 0.5)],
+    }[kind]
+    surfaces = [Surface(shape, 0.5, side=side) for shape in [*balls, floor] for side in ("front", "back")]
+    return [*surfaces, Surface(lamp, 0.0, 10.0)], balls
+
+
+@pytest.mark.parametrize("kind", ["a plane", "a plane at its edge", "a plane through the middle", "each other"])
+def test_no_light_comes_into_balls_that_are_crossed(kind):
+    rng = np.random.default_rng(len(kind))
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    turn[0] *= np.linalg.det(turn)
+    surfaces, balls = crossed(kind, turn)
+    solution = solve(Scene(surfaces, 0.3), 0.02)
+    assert solution.error <= 0.02
+    for k, surface in enumerate(surfaces[:-1]):
+        points = surface.shape.project(surface.shape.bounds[0] + rng.normal(size=(2000, 3)))
+        within = [np.linalg.norm(b.local(points), axis=1) < 1 - 1e-6 for b in balls if b is not surface.shape]
+        dark = np.any([np.zeros(len(points), bool), *within], axis=0) | surface.is_inside
+        assert not dark.any() or np.sqrt((solution.radiance(k, points[dark]) ** 2).mean()) < 0.02 * 0.3
+        assert solution.radiance(k, points).max() < 3
+
+
+def test_a_lamp_that_crosses_a_ball_lights_its_inside():
+    ball, lamp = Sphere.at((0, 0, 0), 1), Plane((-0.2, -0.2, 0.5), (0, 0.4, 0), (2.0, 0, 0))
+    scene = Scene([Surface(ball), Surface(ball, side="back"), Surface(lamp, 0, 1.0), Surface(lamp, side="back")])
+    state = _State(scene)
+    points = state.field.inset(1, np.array([[0, 0, -1.0], [0.6, 0, -0.8]]))
+    found = state.factors.matrix(points, scene.surfaces[1].normals(points), np.ones(2, int), [2], False)[:, 0]
+    end = np.sqrt(1 - 0.25)  # of the lamp within, but for the bend of the ball over its narrow width
+    within = Plane(lamp.origin, lamp.u, [0.2 + end, 0, 0])
+    expected = polygon_unoccluded(points, -points, np.array([within.corners] * 2))
+    np.testing.assert_allclose(found, expected, rtol=0.02)
