@@ -477,8 +477,9 @@ class _State:
     def to_mend(self, target):
         """Surfaces (k,) where own errors arise that are too large."""
         unmet, limit = self.too_large(target), OWN * target / SAFETY
-        here = unmet & (self.own_here > SURE * limit)
-        return np.flatnonzero(here | (self.passed[unmet] > BLAMED * limit).any(axis=0))
+        blamed = np.where(unmet, self.own_here / SURE, 0.0)
+        blamed = np.maximum(blamed, self.passed[unmet].max(axis=0, initial=0.0) / BLAMED)
+        return np.flatnonzero((blamed > limit) | ((blamed == blamed.max()) & unmet.any()))
 
     def tighten(self, target):
         """Rows anew with finer links on the surfaces whose own errors are too large, and larger than surpluses promise;
@@ -615,7 +616,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
     """
     target_error, time_limit = _check(scene, target_error, time_limit)
     _check_memory(scene)
-    state, best = _State(scene, target_error), _Best(time_limit)
+    state, best = _State(scene, target_error), _Best(time_limit, target_error)
     try:
         for _ in _approach(state, best, target_error):
             yield Progress(_fraction(state, target_error), state.error, state.elapsed())
@@ -632,13 +633,16 @@ class _OutOfTime(Exception):
 class _Best:
     """The best solution so far, and the time until which a better one is looked for."""
 
-    def __init__(self, time_limit):
-        self.solution, self.limit = None, time_limit
+    def __init__(self, time_limit, target_error):
+        self.solution, self.limit, self.target = None, time_limit, target_error
 
     def add(self, state):
         """Take the solution at hand, unless an earlier one is better: out of memory, finer lights cost elsewhere."""
-        if self.solution is None or state.misses() <= self.solution._state.misses():
+        if self.solution is None or self._rank(state) <= self._rank(self.solution._state):
             self.solution = Solution(state)
+
+    def _rank(self, state):
+        return max(state.error, self.target), state.misses()
 
     def check_time(self, state):
         over = self.limit is not None and state.elapsed() - self.limit
@@ -679,7 +683,7 @@ def _approach(state, best, target_error):
                 best.add(state)
                 yield
             break
-        if state.error <= target_error:
+        if state.error <= target_error and not state.too_large(target_error).any():
             return
 
 
