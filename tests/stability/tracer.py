@@ -1,0 +1,99 @@
+"""An independent judge: a plain path tracer that shares nothing with the core but the description of the scene."""
+
+import numpy as np
+
+from pdm_core import Sphere
+
+BOUNCES = 200
+SURVIVE = 0.95  # of Russian roulette, at most
+OFF = 1e-7  # of the scene's size: rays begin so far from their surface
+
+
+class Tracer:
+    def __init__(self, scene):
+        self.scene = scene
+        self.surface = np.full((len(scene.shapes), 2), -1)  # of the front and the back of each shape
+        for k, s in enumerate(scene.surfaces):
+            self.surface[scene.shape_of[k], int(s.side == "back")] = k
+
+    def hit(self, x, d):
+        """Rays x + t d (n, 3) -> surface hit (n,): -1 for none, -2 for a side without a surface; point, normal (n, 3)."""
+        nearest, which, front = np.full(len(x), np.inf), np.full(len(x), -1), np.zeros(len(x), bool)
+        for k, shape in enumerate(self.scene.shapes):
+            p, e = (x - shape.origin) @ shape.inverse.T, d @ shape.inverse.T
+            if isinstance(shape, Sphere):
+                a, b, c = (e * e).sum(1), (p * e).sum(1), (p * p).sum(1) - 1
+                root = np.sqrt(np.maximum(b * b - a * c, 0))
+                t = np.where(-b - root > 0, -b - root, root - b) / a
+                t, outside = np.where((b * b > a * c) & (t > 0), t, np.inf), c > 0
+            else:
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    t = -p[:, 2] / e[:, 2]
+                at = p[:, :2] + t[:, None] * e[:, :2]
+                t, outside = np.where((t > 0) & ((at >= 0) & (at <= 1)).all(1), t, np.inf), e[:, 2] < 0
+            closer = t < nearest
+            nearest, which, front = np.where(closer, t, nearest), np.where(closer, k, which), np.where(closer, outside, front)
+        found = np.where(which >= 0, self.surface[which, (~front).astype(int)], -2)
+        surface = np.where(which < 0, -1, np.where(found >= 0, found, -2))
+        return surface, x + np.where(np.isfinite(nearest), nearest, 0.0)[:, None] * d
+
+    def incident(self, points, normals, paths, rng):
+        """Irradiance / pi (n, 3) at points (n, 3) with normals (n, 3), each the mean of so many paths."""
+        scene, count = self.scene, len(points) * paths
+        x, n = np.repeat(points, paths, axis=0), np.repeat(normals, paths, axis=0)
+        weight, total, alive = np.ones((count, 3)), np.zeros((count, 3)), np.arange(count)
+        for bounce in range(BOUNCES):
+            x = x + OFF * scene.size * n
+            surface, hit = self.hit(x, _cosine(n, rng))
+            out = surface == -1
+            total[alive[out]] += weight[out] * scene.background
+            on = np.flatnonzero(surface >= 0)
+            surface, alive, weight, x, toward = surface[on], alive[on], weight[on], hit[on], x[on]
+            total[alive] += weight * scene.emission[surface]
+            weight = weight * scene.reflectance[surface]
+            chance = np.minimum(weight.max(axis=1), SURVIVE)
+            on = np.flatnonzero(rng.random(len(chance)) < chance)
+            if not len(on):
+                break
+            surface, alive, weight, x = surface[on], alive[on], weight[on] / chance[on, None], x[on]
+            n = np.empty_like(x)
+            for s in np.unique(surface):
+                n[surface == s] = scene.surfaces[s].normals(x[surface == s])
+        return total.reshape(len(points), paths, 3).mean(axis=1)
+
+
+def _cosine(n, rng):
+    """Directions about normals (n, 3), dense as the cosine."""
+    z = rng.normal(size=n.shape)
+    d = n + z / np.linalg.norm(z, axis=1, keepdims=True)
+    return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def places(scene, count, rng):
+    """surface (k,), points, normals (k, 3), about count spread over the area of the scene's surfaces."""
+    number = np.maximum((count * scene.areas / scene.areas.sum()).round().astype(int), 4)
+    points, normals = [], []
+    for s, many in zip(scene.surfaces, number):
+        if isinstance(s.shape, Sphere):
+            local = rng.normal(size=(many, 3))
+            p = s.shape.world(local / np.linalg.norm(local, axis=1, keepdims=True))
+        else:
+            p = s.shape.world(np.column_stack([rng.random((many, 2)), np.zeros(many)]))
+        points.append(p)
+        normals.append(s.normals(p))
+    weight = np.repeat(scene.areas / number, number)
+    return np.repeat(np.arange(len(scene)), number), np.concatenate(points), np.concatenate(normals), weight
+
+
+def measured_error(scene, solution, count, paths, rng):
+    """Relative L2 error of L - Le: free of the tracer's noise in the mean, from two independent halves."""
+    surface, points, normals, weight = places(scene, count, rng)
+    rho, tracer = scene.reflectance[surface], Tracer(scene)
+    halves = [rho * tracer.incident(points, normals, paths // 2, rng) for _ in range(2)]
+    mine = np.empty_like(points)
+    for s in np.unique(surface):
+        mine[surface == s] = rho[surface == s] * solution.incident(s, points[surface == s])
+    product = (weight[:, None] * (mine - halves[0]) * (mine - halves[1])).sum(axis=1)
+    norm = (weight[:, None] * halves[0] * halves[1]).sum()
+    noise = np.sqrt((product**2).sum()) / norm
+    return np.sqrt(max(product.sum() / norm, 0.0)), np.sqrt(noise)
