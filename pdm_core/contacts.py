@@ -143,7 +143,10 @@ class _Planes:
         self.edges = np.linalg.norm(self.corners[:, [1, 3]] - self.corners[:, [0]], axis=2)
         front = np.zeros(len(flat), bool)
         front[scene.shape_of[[s.side == "front" for s in scene.surfaces]]] = True
+        back = np.zeros(len(flat), bool)
+        back[scene.shape_of[[s.side == "back" for s in scene.surfaces]]] = True
         self.lit = np.where(front[self.index], 1.0, -1.0)  # which side counts as the front
+        self.two_sided = (front & back)[self.index]
 
 
 def contacts_of(scene):
@@ -202,7 +205,8 @@ def _touching(scene):
     over = flush & _overlap(planes, i, j, scene.tolerance)
     inward, loose = _bodies(planes, i, j, scene.tolerance)
     same, side = _side(planes, i[over], j[over], inward)
-    apart = same | loose[j[over]]  # of bodies in contact all but the edges is hidden: they keep theirs
+    # of bodies in contact all but the edges is hidden: they keep theirs, unless one looks into them
+    apart = same | loose[j[over]] | planes.two_sided[j[over]]
     heights = np.abs(height[np.abs(height) <= scene.tolerance])
     tolerance = max(
         tolerance_of(scene.shapes, 0.0), 2 * heights.max(initial=0), 2 * np.abs(corners - planes.corners).max(initial=0)

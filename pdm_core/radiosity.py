@@ -52,6 +52,7 @@ LOOKS = 4  # sets of samples at most, where the error found hangs on one point
 FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 2.6  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
 REFINE_TO = 0.9 / SAFETY  # of the target: what a refinement leaves in the leaves not split
+ROUNDED = 0.1 * 2**-24  # of the light: what single precision costs, as a row's entries are off either way
 STIFF = 1.0  # of what amplified errors of sources come to: between white planes 1.04 to 7 times the true one is stated
 STRAIGHTER = 0.3  # part of the bends of the sources that a refinement leaves, where they are most of the error
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
@@ -417,6 +418,7 @@ class _State:
         lit = self.rows.times(rho * source_defect(self.sent, self.lit))
         indirect = self.rows.times(rho * self.spread(source_defect(self.field, self.indirect)))
         unsolved = self.rows.times(rho * (self.lit + self.spread(self.indirect)) + self.added[own]) - self.indirect
+        unsolved += np.copysign(ROUNDED, unsolved.sum()) * self.indirect
         right = np.concatenate([lit, lit + indirect, unsolved], axis=1)
         rho = np.tile(rho, 3)
         error = (yield from gmres(scatter, right, np.zeros_like(right), AMPLIFIED, MAX_KRYLOV))[0]

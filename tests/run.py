@@ -1,6 +1,6 @@
 """What the Makefile calls: finds Pythons, makes virtual environments in build/, builds the zip, runs tests and demo.
 
-    python tests/run.py test | zip | demo | bench | lint
+    python tests/run.py test | zip | demo | bench | stability | lint
 
 Runs on any Python 3.8 or newer. A Python that is missing is said loudly and its tests count as skipped; with CI=true
 in the environment they count as failed.
@@ -30,7 +30,7 @@ SUITE_SECONDS = 1800  # a Blender that hangs at exit must not hang the run
 
 def main(words):
     command = words[0] if len(words) == 1 else None
-    commands = {"test": test, "zip": make_zip, "demo": demo, "bench": bench, "lint": lint}
+    commands = {"test": test, "zip": make_zip, "demo": demo, "bench": bench, "stability": stability, "lint": lint}
     if command not in commands:
         print(__doc__)
         return 2
@@ -69,6 +69,13 @@ def demo():
     python = first_blender()[1]
     with fresh_blender(build_zip()) as environment:
         return subprocess.run([python, "tests/demo/bake_rooms.py"], cwd=ROOT, env=environment).returncode
+
+
+def stability():
+    """Half an hour of stiff, extreme and everyday scenes; writes docs/stability.md."""
+    return subprocess.run(
+        [venv("bench", "3.13", ["numpy", "matplotlib"]), "tests/stability/run.py"], cwd=ROOT
+    ).returncode
 
 
 def bench():

@@ -39,13 +39,18 @@ class Place:
         return [self.plane(low + o, u, v) for o, u, v in edges]
 
 
-def furnace(shapes, rho, sides=("front", "back"), rounding=2**-53):
-    surfaces = [Surface(s, rho, 1 - np.array(rho), side=side, name=f"shape {k}") for k, s in enumerate(shapes) for side in sides]
+SIDES = ("front", "back")
+
+
+def furnace(shapes, rho, sides=SIDES, rounding=2**-53):
+    surfaces = [
+        Surface(s, rho, 1 - np.array(rho), side=side, name=f"shape {k}") for k, s in enumerate(shapes) for side in sides
+    ]
     return Scene(surfaces, 1.0, rounding)
 
 
 def lit(place, shapes, rho, background=0.1, lamp=(0, 0, 4.0), size=1.0):
-    surfaces = [Surface(s, rho, side=side, name=f"shape {k}") for k, s in enumerate(shapes) for side in ("front", "back")]
+    surfaces = [Surface(s, rho, side=side, name=f"shape {k}") for k, s in enumerate(shapes) for side in SIDES]
     corner = np.array(lamp, float) - [size / 2, size / 2, 0]
     shining = place.plane(corner, [0, size, 0], [size, 0, 0])
     return Scene([*surfaces, Surface(shining, 0.0, LAMP, name="lamp"), Surface(shining, 0.0, side="back")], background)
@@ -93,7 +98,11 @@ def stiff_room(rng):
 def scale(rng):
     size = between(rng, 1e-9, 1e9)
     place = Place(rng, scale=size)
-    shapes = [*place.box((0, 0, 0), (1, 1, 1)), place.ball((3, 0, 0.5), 0.5), place.plane((-5, -5, 0), [10, 0, 0], [0, 10, 0])]
+    shapes = [
+        *place.box((0, 0, 0), (1, 1, 1)),
+        place.ball((3, 0, 0.5), 0.5),
+        place.plane((-5, -5, 0), [10, 0, 0], [0, 10, 0]),
+    ]
     return f"{size:.0e} m", furnace(shapes, 0.5), "furnace"
 
 
@@ -145,7 +154,7 @@ def boxes_side_by_side(rng):
     place, n = Place(rng, between(rng, 1, 100)), int(rng.integers(2, 5))
     shapes = [s for k in range(n) for s in place.box((k, 0, 0), (k + 1, 1, rng.choice([1, 1.5])))]
     surfaces = [Surface(s, 0.5, 0.5, name=f"shape {k}") for k, s in enumerate(shapes)]
-    return f"{n} boxes", Scene(surfaces, 1.0), "furnace outside"
+    return f"{n} boxes", Scene(surfaces, 1.0), "furnace"
 
 
 def dome(rng):
@@ -179,7 +188,7 @@ def maze(rng):
     for k in range(n):
         y = 0.0 if k % 2 else 0.3
         shapes.append(place.plane((k + 1, y, 0), [0, 0.7, 0], [0, 0, 1]))
-    surfaces = [Surface(s, 0.7, side=side, name=f"shape {i}") for i, s in enumerate(shapes) for side in ("front", "back")]
+    surfaces = [Surface(s, 0.7, side=side, name=f"shape {i}") for i, s in enumerate(shapes) for side in SIDES]
     lamp = place.ball((0.5, 0.5, 0.5), 0.2)
     return f"{n} turns", Scene([*surfaces, Surface(lamp, 0.0, LAMP)]), "tracer"
 

@@ -17,7 +17,7 @@ class Tracer:
             self.surface[scene.shape_of[k], int(s.side == "back")] = k
 
     def hit(self, x, d):
-        """Rays x + t d (n, 3) -> surface hit (n,): -1 for none, -2 for a side without a surface; point, normal (n, 3)."""
+        """Rays x + t d (n, 3) -> surface hit (n,), -1 for none, -2 for a side without a surface; point (n, 3)."""
         nearest, which, front = np.full(len(x), np.inf), np.full(len(x), -1), np.zeros(len(x), bool)
         for k, shape in enumerate(self.scene.shapes):
             p, e = (x - shape.origin) @ shape.inverse.T, d @ shape.inverse.T
@@ -32,24 +32,47 @@ class Tracer:
                 at = p[:, :2] + t[:, None] * e[:, :2]
                 t, outside = np.where((t > 0) & ((at >= 0) & (at <= 1)).all(1), t, np.inf), e[:, 2] < 0
             closer = t < nearest
-            nearest, which, front = np.where(closer, t, nearest), np.where(closer, k, which), np.where(closer, outside, front)
+            nearest, which, front = (
+                np.where(closer, t, nearest),
+                np.where(closer, k, which),
+                np.where(closer, outside, front),
+            )
         found = np.where(which >= 0, self.surface[which, (~front).astype(int)], -2)
         surface = np.where(which < 0, -1, np.where(found >= 0, found, -2))
         return surface, x + np.where(np.isfinite(nearest), nearest, 0.0)[:, None] * d
+
+    def from_lamps(self, x, n, rng):
+        """Irradiance / pi (n, 3) at points off their surface, by one point on each shining surface."""
+        scene, total = self.scene, np.zeros((len(x), 3))
+        for k in np.flatnonzero((scene.emission > 0).any(axis=1)):
+            s = scene.surfaces[k]
+            if isinstance(s.shape, Sphere):
+                local = rng.normal(size=x.shape)
+                y = s.shape.world(local / np.linalg.norm(local, axis=1, keepdims=True))
+            else:
+                y = s.shape.world(np.column_stack([rng.random((len(x), 2)), np.zeros(len(x))]))
+            d = y - x
+            r2 = np.maximum((d * d).sum(1), 1e-300)
+            kernel = np.maximum((d * n).sum(1), 0) * np.maximum(-(d * s.normals(y)).sum(1), 0) / (np.pi * r2**2)
+            some = np.flatnonzero(kernel > 0)
+            surface, hit = self.hit(x[some], d[some] / np.sqrt(r2[some, None]))
+            seen = (surface == k) & (np.linalg.norm(hit - y[some], axis=1) < 1e-4 * scene.size)
+            total[some[seen]] += (kernel[some[seen]] * scene.areas[k])[:, None] * scene.emission[k]
+        return total
 
     def incident(self, points, normals, paths, rng):
         """Irradiance / pi (n, 3) at points (n, 3) with normals (n, 3), each the mean of so many paths."""
         scene, count = self.scene, len(points) * paths
         x, n = np.repeat(points, paths, axis=0), np.repeat(normals, paths, axis=0)
         weight, total, alive = np.ones((count, 3)), np.zeros((count, 3)), np.arange(count)
-        for bounce in range(BOUNCES):
+        for _ in range(BOUNCES):
             x = x + OFF * scene.size * n
             surface, hit = self.hit(x, _cosine(n, rng))
             out = surface == -1
             total[alive[out]] += weight[out] * scene.background
+            total[alive] += weight * self.from_lamps(x, n, rng)
             on = np.flatnonzero(surface >= 0)
-            surface, alive, weight, x, toward = surface[on], alive[on], weight[on], hit[on], x[on]
-            total[alive] += weight * scene.emission[surface]
+            surface, alive, weight, x = surface[on], alive[on], weight[on], hit[on]
             weight = weight * scene.reflectance[surface]
             chance = np.minimum(weight.max(axis=1), SURVIVE)
             on = np.flatnonzero(rng.random(len(chance)) < chance)

@@ -1,0 +1,36 @@
+"""Stiff, extreme and everyday kinds at random sizes, places and rotations: right to what is stated, or refused."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stability"))
+from judge import judge  # noqa: E402
+from kinds import KINDS  # noqa: E402
+
+SLOW = {"ball_over_cube", "maze"}  # seconds each: left to `make stability`
+SEEDS, TARGET = 3, 0.02
+
+
+@pytest.mark.parametrize("kind", [k for k in KINDS if k.__name__ not in SLOW], ids=lambda k: k.__name__)
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_right_to_what_is_stated_or_refused(kind, seed):
+    """Where errors far below the target add up, as in a room with a carpet, half the target is enough."""
+    verdict = judge(kind, seed, TARGET)
+    assert verdict.holds or verdict.measured < TARGET / 2, verdict
+
+
+def test_what_is_refused_is_named():
+    refused = [v for seed in range(4) for k in KINDS if k.__name__ == "far_away" and (v := judge(k, seed)).refused]
+    assert all("shape" in v.said or "Scene" in v.said for v in refused)
+
+
+def test_the_judge_finds_a_wrong_answer(monkeypatch):
+    """A check that cannot fail is none: light that is a tenth too bright is found out, by furnace and by tracer."""
+    from pdm_core.radiosity import Solution
+
+    right = Solution.incident
+    monkeypatch.setattr(Solution, "incident", lambda self, *where: 1.1 * right(self, *where))
+    for name in ("gap", "ball_over_plane"):
+        assert not judge(next(k for k in KINDS if k.__name__ == name), 0).holds
