@@ -79,7 +79,7 @@ def stability():
 
 
 def bench():
-    """Every benchmark, on one thread so that CPU seconds compare; some 20 minutes. Output in docs/benchmarks."""
+    """Every benchmark, on one thread so that CPU seconds compare; some 30 minutes. Output in docs/benchmarks."""
     python = venv("bench", "3.13", ["numpy", "matplotlib"])
     blender = venv("blender-5.2", *BLENDER["blender-5.2"])
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -89,6 +89,8 @@ def bench():
         [python, "form_factors.py", "form_factors.json"],
         [blender, "beside_cycles.py", "beside_cycles.json"],
         [python, "truth.py", "truth.json"],
+        [python, "placements.py", "placements.json"],
+        [python, "each_object.py", "each_object.json"],
     ]
     code = 0
     for interpreter, script, *outputs in runs:

@@ -1,4 +1,4 @@
-"""The solver against known answers and against an independent path tracer (the optional sibling folder shared/)."""
+"""The solver against known answers and against an independent path tracer."""
 
 import json
 from pathlib import Path
