@@ -26,6 +26,7 @@ PAIRS = 2048  # of points and source planes whose cells are sorted out at once
 LINKS = 4096  # pairs whose form factors are computed between two signs of life
 CLOSE = 0.5  # size over distance of a cell whose factor nine samples do not tell
 AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
+UNSEEN = 1e-9  # of the others' weight, hidden samples: where no sample is seen, they share out the exact factor
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
 FACTORS = 1 << 13  # of whole surfaces in a block of rows: few large calls, but signs of life between
 BLOCK = 128  # rows of a dense block: neighbours, which use much the same nodes
@@ -288,7 +289,7 @@ class Gather:
         keep = np.flatnonzero(~unsure)
         self.links += len(keep)
         scale = factor / kernel.sum(axis=(0, 1))
-        kernel = np.where(hidden, 0.0, kernel * scale).take(keep, axis=2)
+        kernel = (np.where(hidden, UNSEEN, 1.0) * kernel * scale).take(keep, axis=2)
         a, b = np.moveaxis(basis(cells.origin.take(keep, axis=1)[:, None] + cells.width[keep] * _GAUSS), -1, 1)
         weights = np.einsum("ign,jhn,ghn->ijn", a, b, kernel, optimize=["einsum_path", (0, 2), (0, 1)])
         weights = weights.reshape(9, -1).T

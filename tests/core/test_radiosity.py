@@ -272,3 +272,13 @@ def test_links_are_made_finer_where_they_are_most_of_the_error():
     solution = solve(Scene(box(0.46, 0.0, size=(4.61, 4.03, 4.11)) + panels), 1e-2)
     assert solution.error < 1e-2 and not solution.warnings
     assert solution.nodes < 6000  # the dark backs, of their own light, included
+
+
+@pytest.mark.parametrize("gap", (1e-6, 1e-3, 0.1))
+def test_what_is_seen_between_samples_keeps_its_light(gap):
+    """A frame of floor around a carpet, too narrow for samples to see: its exact factor is shared out all the same."""
+    walls = [Surface(plane, 0.7, 0.3) for plane in cube_planes()]
+    carpet = Plane((-2.95, -2.95, -3 + gap), (5.9, 0, 0), (0, 5.9, 0))
+    surfaces = [*walls, *(Surface(carpet, 0.7, 0.3, side=side) for side in ("front", "back"))]
+    solution = solve(Scene(surfaces), 0.02)
+    assert all(np.abs(r - 1).max() < 1e-4 for r in everywhere(solution))
