@@ -15,7 +15,7 @@ from .scene import Sphere
 CHARTS = 3  # along each edge of a plane, at most
 NARROW = 1e-5, 0.1  # widths of a gap, of the other plane's radius, for which a chart ends at its rim: not at contacts
 ALIGNED, APART = 1e-5, 0.02  # of the edges: how far from straight along the chart, and how near each other, rims are
-JUMPS_APART = 1e-4  # the same of lines where light jumps
+JUMPS_APART = 1e-6  # the same of lines where light jumps
 UPRIGHT = 0.5  # sine of the angle from which on a plane stands on another
 
 
