@@ -19,9 +19,9 @@ from scenes import points_over, thirteen_spheres, walls
 from pdm_core import Plane, Scene, Sphere, Surface, each_surface, radiosity, solve
 
 TARGETS = (0.04, 0.01)
-TIGHT, TIGHT_SECONDS = 0.0015, 60
+TIGHT, TIGHT_SECONDS = 0.0015, 30
 OWN = each_surface.OWN
-TURNS = 3
+TURNS = 2
 GREY = np.full((6, 3), 0.7)
 
 

@@ -10,15 +10,14 @@ from judge import judge  # noqa: E402
 from kinds import KINDS  # noqa: E402
 
 SLOW = {"ball_over_cube", "maze"}  # seconds each: left to `make stability`
-SEEDS, TARGET = 3, 0.02
+SEEDS = 3
 
 
 @pytest.mark.parametrize("kind", [k for k in KINDS if k.__name__ not in SLOW], ids=lambda k: k.__name__)
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_right_to_what_is_stated_or_refused(kind, seed):
-    """Where errors far below the target add up, as in a room with a carpet, half the target is enough."""
-    verdict = judge(kind, seed, TARGET)
-    assert verdict.holds or verdict.measured < TARGET / 2, verdict
+    verdict = judge(kind, seed)
+    assert verdict.holds, verdict
 
 
 def test_what_is_refused_is_named():
