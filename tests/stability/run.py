@@ -21,7 +21,7 @@ HEAD = """# Stability
 
 Made by `make stability`: {scenes} scenes of {kinds} kinds (`tests/stability/kinds.py`) at random sizes, places and
 rotations, target 2 %, at most 20 s each. A furnace has radiance 1 everywhere; the others are judged by an independent
-path tracer, whose noise counts twice (large in mazes and with a lamp close to a ceiling: there it tells little). A scene
+path tracer, whose noise counts twice (large in mazes and with a lamp near a ceiling: there it tells little). A scene
 holds if the stated error covers the measured one, or if it is refused by name.
 
 {held} of {scenes} hold, {refused} of them refused. Stated over measured, where measured is above noise and 1e-4:
