@@ -308,6 +308,13 @@ class Scene:
         background = colour(self.background, "Scene background")
         rounding = number(self.rounding, "Scene rounding", "a relative one such as 2**-53 or 2**-24", 0, COARSEST)
         given = {id(s.shape): s.shape for s in surfaces}
+        tolerance = tolerance_of(given.values(), rounding)
+        for surface in surfaces:  # before they are compared: lost in the rounding, different shapes look the same
+            if surface.shape.thickness < LOST * tolerance:
+                raise SceneError(
+                    f"Surface {surface.name!r} is {surface.shape.thickness:.2g} m small where coordinates are known to "
+                    f"{tolerance:.2g} m; move the scene nearer to the origin or leave it out"
+                )
         first = one_and_the_same(list(given.values()), tolerance_of(given.values()))
         kept, place = np.unique(first, return_inverse=True)
         shapes, order = [list(given.values())[k] for k in kept], dict(zip(given, place.tolist()))
@@ -326,12 +333,6 @@ class Scene:
         object.__setattr__(self, "shape_of", np.array([order[id(s.shape)] for s in surfaces]))
         if not LEAST < self.size < MOST or not all(LEAST**2 < s.area for s in self.shapes):
             raise SceneError(f"Scene: its extent is {self.size:g} m; scale it to metres of ordinary size")
-        for surface in surfaces:
-            if surface.shape.thickness < LOST * self.tolerance:
-                raise SceneError(
-                    f"Surface {surface.name!r} is {surface.shape.thickness:.2g} m small where coordinates are known to "
-                    f"{self.tolerance:.2g} m; move the scene nearer to the origin or leave it out"
-                )
 
     def __len__(self):
         return len(self.surfaces)

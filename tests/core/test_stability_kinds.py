@@ -7,7 +7,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stability"))
 from judge import judge  # noqa: E402
-from kinds import KINDS  # noqa: E402
+from kinds import KINDS, Place, furnace  # noqa: E402
 
 SLOW = {"ball_over_cube", "maze"}  # seconds each: left to `make stability`
 SEEDS = 3
@@ -20,9 +20,12 @@ def test_right_to_what_is_stated_or_refused(kind, seed):
     assert verdict.holds, verdict
 
 
-def test_what_is_refused_is_named():
-    refused = [v for seed in range(4) for k in KINDS if k.__name__ == "far_away" and (v := judge(k, seed)).refused]
-    assert all("shape" in v.said or "Scene" in v.said for v in refused)
+def test_what_is_too_far_away_for_its_coordinates_is_refused_by_name():
+    def lost(rng):
+        return "", furnace(Place(rng, 1e17).box((0, 0, 0), (1, 1, 1)), 0.5), "furnace"
+
+    verdict = judge(lost, 0)
+    assert verdict.refused and "'shape " in verdict.said and "nearer to the origin" in verdict.said
 
 
 def test_the_judge_finds_a_wrong_answer(monkeypatch):

@@ -7,6 +7,7 @@ import numpy as np
 from tracer import measured_error, places
 
 from pdm_core import SceneError, solve
+from pdm_core.contacts import contacts_of
 
 POINTS, PATHS = 250, 128
 NOISE = 2.0  # standard deviations of the tracer that count as agreement
@@ -57,6 +58,6 @@ def furnace_error(scene, solution, rng):
     mine = np.empty_like(points)
     for s in np.unique(surface):
         mine[surface == s] = rho[surface == s] * solution.incident(s, points[surface == s])
-    covered = solution._state.scene._contacts.covered(points - solution._state.origin, surface)
+    covered = contacts_of(solution._state.scene).covered(points - solution._state.origin, surface)
     weight = np.where(covered, 0.0, weight)
     return np.sqrt((weight[:, None] * (mine - rho) ** 2).sum() / (weight[:, None] * rho**2).sum())

@@ -42,9 +42,9 @@ class Place:
 SIDES = ("front", "back")
 
 
-def furnace(shapes, rho, sides=SIDES, rounding=2**-53):
+def furnace(shapes, rho, rounding=2**-53):
     surfaces = [
-        Surface(s, rho, 1 - np.array(rho), side=side, name=f"shape {k}") for k, s in enumerate(shapes) for side in sides
+        Surface(s, rho, 1 - np.array(rho), side=side, name=f"shape {k}") for k, s in enumerate(shapes) for side in SIDES
     ]
     return Scene(surfaces, 1.0, rounding)
 
@@ -60,7 +60,7 @@ def between(rng, low, high):
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-# Every kind: (rng) -> (size of the extreme, Scene, judge, how many times the target is allowed)
+# Every kind: (rng) -> (size of the extreme, Scene, 'furnace' or 'tracer': who judges it)
 
 
 def gap(rng):
