@@ -1,8 +1,9 @@
 """Where planes are cut into charts: along lines at which light bends or jumps, so that no cell has to lie across them.
 
 Next to a narrow gap light varies over the gap's width along the whole rim of the other plane; a chart that ends there
-has its nodes crowd towards it. Where another plane stands on a plane or crosses it light jumps: charts that meet there
-share no nodes. Lines that run askew are left to refinement, as are more of them than CHARTS.
+has its nodes crowd towards it, and along the rim of a very narrow one lies a strip of a few gaps on either side, whose
+cells are long and thin. Where another plane stands on a plane or crosses it light jumps: charts that meet there share
+no nodes. Lines that run askew are left to refinement, as are more of them than CHARTS.
 """
 
 from dataclasses import dataclass
@@ -12,9 +13,11 @@ import numpy as np
 from .contacts import CLEAR, contacts_of, entries
 from .scene import Sphere
 
-CHARTS = 3  # along each edge of a plane, at most
+CHARTS = 7  # along each edge of a plane, at most
+LINES, RIMS = 2, 2  # cuts along each edge at most, at contacts; rims of gaps, each of them with a strip on either side
 NARROW = 1e-5, 0.1  # widths of a gap, of the other plane's radius, for which a chart ends at its rim: not at contacts
-ALIGNED, APART = 1e-5, 0.02  # of the edges: how far from straight along the chart, and how near each other, rims are
+STRIP, THIN = 8.0, 0.03  # widths of strips along rims, of the gap, and of a gap that has them, of the planes' radii
+ALIGNED, APART = 1e-5, 0.004  # of the edges: how far from straight along the chart, and how near each other, rims are
 JUMPS_APART = 1e-6  # the same of lines where light jumps
 UPRIGHT = 0.5  # sine of the angle from which on a plane stands on another
 
@@ -62,7 +65,7 @@ def _chosen(line, at, jump, weight):
     order = order[np.unique(np.sort(group), return_index=True)[1]]  # the weightiest of those that lie together
     order = order[np.lexsort((-weight[order], line[order]))]
     rank = np.arange(len(order)) - np.searchsorted(line[order], line[order])
-    order = order[rank < CHARTS - 1]
+    order = order[rank < np.where(np.isinf(weight[order]), CHARTS - 1, LINES)]
     order = order[np.lexsort((at[order], line[order]))]
     return line[order], at[order], jump[order]
 
@@ -79,14 +82,29 @@ def _rims(scene):
         height = surface.sign * local[..., 2] * np.sqrt(surface.shape.area)
         close = (height.min(axis=1) > NARROW[0] * radius) & (height.max(axis=1) < NARROW[1] * radius)
         close &= ((local[..., :2].max(axis=1) > 0) & (local[..., :2].min(axis=1) < 1)).all(axis=1)
+        gap = height[close].mean(axis=1, keepdims=True)
         for axis in range(2):
             at, to = local[close, :, axis], np.roll(local[close, :, axis], -1, axis=1)
-            rims = np.sort(at[(np.abs(to - at) < ALIGNED) & (at > APART) & (at < 1 - APART)])
-            rims = rims[np.diff(rims, prepend=-1.0) > APART]
-            if len(rims) < CHARTS:  # more of them would cost more nodes than they save
-                found.append(np.array([np.full(len(rims), k), np.full(len(rims), axis), rims]))
+            straight = np.abs(to - at) < ALIGNED
+            width = STRIP * gap / np.linalg.norm(surface.shape.linear[:, axis])
+            rims, strips = _apart(at[straight & (at > APART) & (at < 1 - APART)]), np.zeros(0)
+            thin = (gap < THIN * radius[close][:, None]) & straight
+            if thin.any():
+                inner, wide = np.clip(at, 0.0, 1.0)[thin], np.broadcast_to(width, at.shape)[thin]
+                strips = np.concatenate([inner - wide, inner + wide])
+                strips = strips[(strips > APART) & (strips < 1 - APART)]
+                strips = strips[(np.abs(strips[:, None] - rims) > APART).all(axis=1)]
+            if len(rims) <= RIMS:  # more of them would cost more nodes than they save
+                rims = _apart(np.concatenate([rims, strips]))
+                if len(rims) < CHARTS:
+                    found.append(np.array([np.full(len(rims), k), np.full(len(rims), axis), rims]))
     surface, axis, at = np.concatenate(found, axis=1)
     return surface.astype(int), axis.astype(int), at, np.full(len(at), np.inf)
+
+
+def _apart(at):
+    at = np.sort(at)
+    return at[np.diff(at, prepend=-1.0) > APART]
 
 
 def _contact_lines(scene):

@@ -8,7 +8,6 @@ OWN = 4.0  # targets that a surface's own error may reach
 DIM = 0.01  # of the brightest surface's light: what is darker need not reach it
 TOLD = 4.0  # points looked at that weigh as much as what the surpluses promise
 UNLIT = 1e-9  # of the scene's light: less is rounding
-ONE_SIGNED = 0.3  # part of a surface's error that is of one sign, and goes on as light does
 
 
 class Light:
@@ -51,18 +50,15 @@ def worst_of_parts(field, error, allowed):
     return leaves[total - before > allowed[part] ** 2]
 
 
-def own_errors(light, found, promised, received, sent):
-    """Relative L2 errors (n surfaces,): each one's own, and what of it arises there, as points found and surpluses
-    promise; and (n surfaces, n surfaces) what of each comes, with the light, from each.
+def own_errors(light, found, promised, received):
+    """Relative L2 errors (n surfaces,): each one's own, what of it arises there, as points found and surpluses promise,
+    and what of it comes with the light from elsewhere.
 
-    found: ((n surfaces,), (n,)), how many points told so much, squared. promised, sent (n surfaces,): L2 error that
-    surpluses promise; of its light as a source. received (n surfaces, n surfaces): what each receives from each, of
-    all that it receives.
+    found: ((n surfaces,), (n,)), how many points told so much, squared. promised, received (n surfaces,): L2 error that
+    surpluses promise; that comes with the light.
     """
     count, found2 = found
-    error = np.stack([np.sqrt((count * found2 + TOLD * promised**2) / (count + TOLD)), sent])
+    error = np.stack([np.sqrt((count * found2 + TOLD * promised**2) / (count + TOLD)), received])
     lit = light.norm > UNLIT * np.linalg.norm(light.norm)
-    here, sent = np.divide(error, light.norm, out=np.zeros_like(error), where=lit)
-    source = ONE_SIGNED * here + sent
-    passed = received @ np.linalg.inv(np.eye(len(here)) - received)
-    return np.where(lit, np.hypot(here, passed @ source), 0.0), here, passed * source
+    here, passed = np.divide(error, light.norm, out=np.zeros_like(error), where=lit)
+    return np.where(lit, np.hypot(here, passed), 0.0), here, passed

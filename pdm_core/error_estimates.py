@@ -45,11 +45,12 @@ def decay(field, cells, size):
     return np.clip(ratio, SMOOTH, ROUGH)
 
 
-def sample_points(field, leaf_error, reached, count, seed):
+def sample_points(field, leaf_error, light, reached, count, seed):
     """Random points for the residual: surface (k,), points, normals (k, 3) and weights (k,) m^2 of an unbiased mean.
 
-    A quarter each is spread over the area, where the error is expected, and evenly over the surfaces and the leaves,
-    lest one point in a small place should stand for more than that; only where light comes to (reached, per surface).
+    A fifth each is spread over the area, where the error is expected, in all and against each surface's own light
+    (n surfaces,), 0 where that does not count, and evenly over the surfaces and the leaves, lest one point in a small
+    place should stand for more than that; only where light comes to (reached, per surface).
     seed: fixed by the caller so that runs repeat.
     """
     rng = np.random.default_rng(seed)
@@ -57,8 +58,9 @@ def sample_points(field, leaf_error, reached, count, seed):
     area, error, own = field.sizes()[leaves], leaf_error[leaves] ** 2, field.surface[leaves]
     total = np.bincount(own, area, len(reached))
     share = area / area.sum() + area / total[own] / reached.sum() + 1 / len(leaves)
-    if error.sum() > 0:
-        share += error / error.sum()
+    relative = np.divide(error, light[own] ** 2, out=np.zeros_like(error), where=light[own] > 0)
+    for expected in (error, relative):
+        share += expected / max(expected.sum(), 1e-300)
     share /= share.sum()
     edges = np.cumsum(share)
     pick = np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count * edges[-1])

@@ -80,6 +80,14 @@ class Rows:
             out[block.rows] = block.values @ value.take(block.columns, axis=0)
         return out * scale
 
+    def times_transposed(self, value, columns):
+        """value (n rows, c) -> (columns, c): the transposed matrix, of so many columns, times it"""
+        out, scale = np.zeros((columns, value.shape[1])), self._scale(value)
+        value = (value / scale).astype(np.float32)
+        for block in self.blocks:
+            out[block.columns] += block.values.T @ value.take(block.rows, axis=0)
+        return out * scale
+
     def times_by_part(self, value, part, count):
         """value (n columns, c), split by the part (n columns,) that columns belong to -> (n rows, count, c).
 

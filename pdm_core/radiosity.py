@@ -13,6 +13,7 @@ import numpy as np
 from .checked import SceneError, index, number, vectors
 from .contacts import contacts_of, settle, settled_again
 from .each_surface import OWN, Light, own_errors, worst_of_parts
+from .error_flow import Flow, areas_of_nodes, norms
 from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, source_defect
 from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
@@ -37,8 +38,7 @@ CONTACT_OWN = 4.0  # sides of a square as large as the smaller of the two shapes
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 SURE = 0.7  # lower than what was found asks for: the halves of what is split have errors of their own
 NAMED = 3  # surfaces in a warning
-BLAMED = 0.3  # of what a surface's own error may be: what another brings about
-LEAST_LOST = 1e-6  # of the light, in every reflection: what is passed on has to end
+BLAMED = 0.3  # of what a surface's own error may be: what comes with the light
 MOST_STRAIN = 16.0  # how much finer links get there
 HALVED = 0.5  # of the error expected on a surface, what a refinement leaves where its own is too large
 MAX_ROUNDS = 12  # refinements towards one target
@@ -352,8 +352,7 @@ class _State:
         lights = np.flatnonzero(np.isin(self.reflectors, self.lights))
         rho = self.scene.reflectance
         sent = leaf_errors(self.sent, value)[self.sent.leaves] ** 2
-        self.sent_own = np.sqrt(np.bincount(self.sent.surface[self.sent.leaves], sent, len(self.scene)))
-        self.sent_error = float(np.linalg.norm(self.sent_own))
+        self.sent_error = float(np.sqrt(sent.sum()))
         self.leaf_error, self.received = np.zeros(len(f.level)), []
         for s in range(len(self.scene)):
             nodes = f.node_surface == s
@@ -379,7 +378,7 @@ class _State:
             yield from self.amplify()
         while self.norm > 0 and len(self.reflectors) and len(self.looks) < LOOKS:
             yield from self.look(SEED + len(self.looks))
-            residual = self.judge()
+            residual = yield from self.judge()
             if self.error <= target or not residual.hangs_on_one:
                 break
         if not self.looks:
@@ -392,7 +391,10 @@ class _State:
 
     def look(self, seed):
         """Geometry of random points whose residual tells the error: finer rows, and factors of the lights; yields."""
-        surface, points, normals, weight = sample_points(self.field, self.leaf_error, self.reached, self.samples, seed)
+        light = np.where(self.shared.counts, self.shared.norm, 0.0)
+        surface, points, normals, weight = sample_points(
+            self.field, self.leaf_error, light, self.reached, self.samples, seed
+        )
         blocks = []
         for block in self.links(points, normals, surface, self.link_tolerance * FINER):
             if block:
@@ -430,7 +432,7 @@ class _State:
         self.amplified = float(np.hypot(bend, self.amplified_rest))
 
     def judge(self):
-        """Error and its parts from the points looked at -> Residual."""
+        """Error and its parts from the points looked at -> Residual; yields."""
         value, parts = self.radiosity(), []
         for look in self.looks:
             fine = look.rows.times(value) + look.fractions @ self.light
@@ -450,23 +452,24 @@ class _State:
         known = found + self.error_parts["sent"]
         self.error_parts["stiff"] = float(np.sqrt(max((STIFF * self.amplified) ** 2 - known**2, 0.0)))
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.error_parts.values())))
-        self.own_errors = self.each(residual)
+        yield from self.each(residual)
         return residual
 
     def each(self, residual):
-        """(n surfaces,) Each one's own relative error."""
-        received = np.zeros((len(self.scene), len(self.scene)))
-        for s, part in enumerate(self.received):
-            total = part.received.sum(axis=(0, 2))
-            direct = self.lit[self.sent.node_surface == s].mean() * 3 * len(part.received) if len(part.received) else 0
-            received[s, self.reflectors] = total / max((total.sum() + direct) * (1 + LEAST_LOST), 1e-300)
-        f, rho = self.field, self.scene.reflectance
-        promised = self.optimism * np.sqrt(np.bincount(f.surface[f.leaves], self.leaf_error[f.leaves] ** 2, len(rho)))
+        """(n surfaces,) Each one's own relative error; yields."""
+        f = self.field
+        error = self.optimism * self.leaf_error
+        promised = np.sqrt(np.bincount(f.surface[f.leaves], error[f.leaves] ** 2, len(self.scene)))
         found = residual.by_surface(self.scene.areas)
-        rest = np.linalg.norm([self.error_parts["stiff"], self.error_parts["solver"]])
+        rho = self.scene.reflectance.max(axis=1)[self.sent.node_surface]
+        flow = Flow(f, self.sent, self.rows, self.placed, rho)
+        received = rho * (yield from flow.received(error, leaf_errors(self.sent, rho[:, None] * self.lit)))
+        self.flow, self.flow_received = flow, received
         self.told, self.own_promised = np.sqrt(found[1]), promised
-        own, self.own_here, self.passed = own_errors(self.shared, found, promised, received, self.sent_own)
-        return SAFETY * np.where(own > 0, np.hypot(own, rest), 0.0)
+        received = norms(self.sent, received)
+        own, self.own_here, self.own_passed = own_errors(self.shared, found, promised, received)
+        rest = np.linalg.norm([self.error_parts["stiff"], self.error_parts["solver"]])
+        self.own_errors = SAFETY * np.where(own > 0, np.hypot(own, rest), 0.0)
 
     def misses(self):
         """The target that would be met, by the whole scene's light and each surface's own."""
@@ -478,10 +481,20 @@ class _State:
 
     def to_mend(self, target):
         """Surfaces (k,) where own errors arise that are too large."""
-        unmet, limit = self.too_large(target), OWN * target / SAFETY
-        blamed = np.where(unmet, self.own_here / SURE, 0.0)
-        blamed = np.maximum(blamed, self.passed[unmet].max(axis=0, initial=0.0) / BLAMED)
-        return np.flatnonzero((blamed > limit) | ((blamed == blamed.max()) & unmet.any()))
+        return np.flatnonzero(self.too_large(target) & (self.own_here > SURE * OWN * target / SAFETY))
+
+    def blamed(self, target):
+        """Leaves of the field whose errors, passed on with the light, make own errors elsewhere too large; yields."""
+        far = self.too_large(target) & (self.own_passed > BLAMED * OWN * target / SAFETY)
+        if not far.any():
+            return np.zeros(0, int)
+        own, norm = self.sent.node_surface, np.maximum(self.shared.norm, 1e-300)
+        # of each surface's own error, an L2 norm, by the error received at each node
+        weight = areas_of_nodes(self.sent) * self.flow_received / np.maximum(self.own_passed * norm**2, 1e-300)[own]
+        each = yield from self.flow.blame(np.where(far[own], weight * self.scene.reflectance.max(axis=1)[own], 0.0))
+        leaves = self.field.leaves[self.field.level[self.field.leaves] < DEEPEST]
+        leaves = leaves[np.argsort(each[leaves], kind="stable")]
+        return leaves[np.cumsum(each[leaves]) > HALVED * self.own_passed[far].sum()]
 
     def tighten(self, target):
         """Rows anew with finer links on the surfaces whose own errors are too large, and larger than surpluses promise;
@@ -522,6 +535,8 @@ class _State:
             part = np.isin(np.repeat(np.arange(len(self.scene)), f.charts), mended)
             own[part] = np.minimum(own[part], HALVED * found[part])
         cells = np.union1d(_worst(f, error, allowed), worst_of_parts(f, error, own))
+        if self.checked:
+            cells = np.union1d(cells, (yield from self.blamed(target)))
         if not len(cells):
             return False
         cells, room = cells[np.argsort(error[cells], kind="stable")], self.room()
@@ -807,7 +822,7 @@ def _relit(old, scene):
     deque(state.divide(old.error), maxlen=0)
     if state.looks and state.norm > 0:
         deque(state.amplify(), maxlen=0)
-        state.judge()
+        deque(state.judge(), maxlen=0)
     elif not state.norm > 0:
         state.error, state.error_parts, state.own_errors = 0.0, {}, np.zeros(len(scene))
     state.history.append((state.elapsed(), state.error))

@@ -46,11 +46,11 @@ def spheres_in_room(count, size, seed):
     return Scene(surfaces)
 
 
-def points_over(scene, seed):
-    """Yield (surface, points, area m^2 of each) spread over all surfaces."""
+def points_over(scene, seed, least=LEAST):
+    """Yield (surface, points, area m^2 of each) spread over all surfaces, at least so many on each."""
     rng = np.random.default_rng(seed)
     for k, surface in enumerate(scene.surfaces):
-        count = max(LEAST, int(POINTS * scene.areas[k] / scene.areas.sum()))
+        count = max(least, int(POINTS * scene.areas[k] / scene.areas.sum()))
         shape = surface.shape
         if isinstance(shape, Plane):
             points = shape.world(np.column_stack([rng.random((count, 2)), np.zeros(count)]))

@@ -7,7 +7,7 @@ import pytest
 from rooms import cube_planes
 
 from pdm_core import Plane, Scene, Surface, each_surface, radiosity, solve
-from pdm_core.charts import charts_of
+from pdm_core.charts import STRIP, charts_of
 from pdm_core.field import Field, first_nodes
 from pdm_core.gather import Detail, Gather
 from pdm_core.numerics import Rows, gauss_square
@@ -21,7 +21,10 @@ def room_with(panel, emission=0.0, reflectance=0.5):
     return Scene([Surface(plane, reflectance) for plane in cube_planes()] + lit)
 
 
-def hanging(gap=0.02, turn=0.0, low=(-1.0, -0.5), size=(1.5, 1.2)):
+GAP = 0.02
+
+
+def hanging(gap=GAP, turn=0.0, low=(-1.0, -0.5), size=(1.5, 1.2)):
     """A panel under the ceiling of the room that faces down, turned about the vertical."""
     u = np.array([0.0, size[1], 0.0])
     v = np.array([size[0], 0.0, 0.0])
@@ -33,9 +36,16 @@ def hanging(gap=0.02, turn=0.0, low=(-1.0, -0.5), size=(1.5, 1.2)):
 def test_charts_end_at_the_rims_of_a_narrow_gap_and_of_nothing_else():
     cuts = charts_of(room_with(hanging())).cuts
     # the ceiling's first edge runs along y, its second along x, both from -3 over 6 m
-    assert np.allclose(cuts[CEILING, 0], [0, 2.5 / 6, 3.7 / 6, 1])
-    assert np.allclose(cuts[CEILING, 1], [0, 2.0 / 6, 3.5 / 6, 1])
-    assert (np.delete(cuts, CEILING, axis=0)[:, :, 1] == 1).all()
+    # and a strip of STRIP gaps on either side of each rim, on the panel within it
+    for axis, rims in enumerate([(2.5, 3.7), (2.0, 3.5)]):
+        inner = [at + side * STRIP * GAP for at in rims for side in (-1, 0, 1)]
+        assert np.allclose(cuts[CEILING, axis], np.array([0, *inner, 6]) / 6)
+    for axis, edge in enumerate(np.linalg.norm([hanging().u, hanging().v], axis=1)):
+        assert np.allclose(cuts[-1, axis, :4], [0, STRIP * GAP / edge, 1 - STRIP * GAP / edge, 1])
+    assert (np.delete(cuts, (CEILING, len(cuts) - 1), axis=0)[:, :, 1] == 1).all()
+    for k, rims in enumerate([(2.5, 3.7), (2.0, 3.5)]):  # strips that are too narrow to be cells leave the rims alone
+        cuts = charts_of(room_with(hanging(gap=1e-3))).cuts
+        assert np.isclose(cuts[CEILING, k][:, None], np.array(rims) / 6).any(axis=0).all()
     beside = hanging(low=(-1.0, 3.5))
     for panel in (hanging(gap=1.0), hanging(gap=1e-6), hanging(turn=0.3), beside):
         assert (charts_of(room_with(panel)).cuts[:, :, 1] == 1).all()

@@ -1,0 +1,83 @@
+"""Where errors of the light go: what each place receives of them, and which cells the error of some places comes from.
+
+An error at a source is light that is not there: it is sent on and reflected as light is, through the same rows, and the
+transposed rows tell where it came from.
+"""
+
+import numpy as np
+
+from .numerics import gmres
+
+ONE_SIGNED = 0.5  # part of a cell's error that is of one sign, and goes on as light does
+ROUGHLY = 0.1  # relative residual in solving for an error
+MOST = 30  # steps
+
+
+class Flow:
+    """Errors of a field and of what is sent, through the rows A (n nodes, n sent nodes); placed: the cells of the field
+    (n sent nodes,) and weights (n sent nodes, 9) that interpolate it there; rho (n sent nodes,) reflectance."""
+
+    def __init__(self, field, sent, rows, placed, rho):
+        self.field, self.sent, self.rows, self.rho = field, sent, rows, rho[:, None]
+        self.nodes, self.weights = field.nodes[placed[0]], placed[1]
+
+    def received(self, leaf_error, sent_error):
+        """L2 errors (n cells,), radiance times metres, of the field and of what is sent -> (n sent nodes,) the error of
+        incident light that they make elsewhere; yields."""
+        self.spread_out, self.leaf_error = density(self.field, leaf_error), leaf_error
+        source = ONE_SIGNED * self._spread(self.spread_out) + density(self.sent, sent_error)
+        right = self.rows.times(source)
+        error = (yield from gmres(self._scatter, right, right, ROUGHLY, MOST))[0]
+        return np.abs(self._spread(error)[:, 0])
+
+    def blame(self, weight):
+        """weight (n sent nodes,) of the errors received -> (n cells,) what each leaf of the field makes of their
+        weighted sum; yields."""
+        weight = self._gathered(weight[:, None])
+        adjoint = (yield from gmres(self._scatter_back, weight, weight, ROUGHLY, MOST))[0]
+        sensitivity = ONE_SIGNED * self._gathered(self._back(adjoint))
+        field, leaves = self.field, self.field.leaves
+        area = field.sizes()[leaves]
+        each = sensitivity[:, 0] / np.maximum(areas_of_nodes(field), 1e-300)
+        out = np.zeros(len(self.leaf_error))
+        # its density times the integral of the sensitivity, as `density` shares it out
+        out[leaves] = np.abs(self.leaf_error[leaves] * np.sqrt(area) * each[field.nodes[leaves]].mean(axis=1))
+        return out
+
+    def _spread(self, value):
+        return np.einsum("nk,nkc->nc", self.weights, value.take(self.nodes, axis=0))
+
+    def _gathered(self, value):
+        weight = (self.weights * value).ravel()
+        return np.bincount(self.nodes.ravel(), weight, len(self.field.keys))[:, None]
+
+    def _back(self, value):
+        return self.rows.times_transposed(value, len(self.rho))
+
+    def _scatter(self, value):
+        return self.rows.times(self.rho * self._spread(value))
+
+    def _scatter_back(self, value):
+        return self._gathered(self.rho * self._back(value))
+
+
+def density(field, leaf_error):
+    """L2 errors (n cells,) of the leaves -> (n nodes, 1) error of the radiance, mean over the leaves about each node."""
+    leaves = field.leaves
+    # an L2 error is its density times the root of the area
+    total = np.repeat(leaf_error[leaves] * np.sqrt(field.sizes()[leaves]) / 9, 9)
+    total = np.bincount(field.nodes[leaves].ravel(), total, len(field.keys))
+    return (total / np.maximum(areas_of_nodes(field), 1e-300))[:, None]
+
+
+def areas_of_nodes(field):
+    """(n nodes,) m^2 that each stands for: a ninth of the leaves about it."""
+    leaves = field.leaves
+    return np.bincount(field.nodes[leaves].ravel(), np.repeat(field.sizes()[leaves] / 9, 9), len(field.keys))
+
+
+def norms(field, value):
+    """(n nodes,) -> (n surfaces,) L2 norm over each surface"""
+    leaves = field.leaves
+    square = field.sizes()[leaves] * (value[field.nodes[leaves]] ** 2).mean(axis=1)
+    return np.sqrt(np.bincount(field.surface[leaves], square, len(field.charts)))
