@@ -17,7 +17,7 @@ CHARTS = 7  # along each edge of a plane, at most
 LINES, RIMS = 2, 2  # cuts along each edge at most, at contacts; rims of gaps, each of them with a strip on either side
 NARROW = 1e-5, 0.1  # widths of a gap, of the other plane's radius, for which a chart ends at its rim: not at contacts
 STRIP, THIN = 8.0, 0.03  # widths of strips along rims, of the gap, and of a gap that has them, of the planes' radii
-ALIGNED, APART = 1e-5, 0.004  # of the edges: how far from straight along the chart, and how near each other, rims are
+ALIGNED, APART = 1e-5, 2e-4  # of the edges: how far from straight along the chart, and how near each other, rims are
 JUMPS_APART = 1e-6  # the same of lines where light jumps
 UPRIGHT = 0.5  # sine of the angle from which on a plane stands on another
 

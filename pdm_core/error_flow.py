@@ -8,7 +8,7 @@ import numpy as np
 
 from .numerics import gmres
 
-ONE_SIGNED = 0.5  # part of a cell's error that is of one sign, and goes on as light does
+ONE_SIGNED = .3  # part of a cell's error that is of one sign, and goes on as light does
 ROUGHLY = 0.1  # relative residual in solving for an error
 MOST = 30  # steps
 

@@ -7,6 +7,7 @@ gather. Rounds tighten the tolerance, refine the field where the estimated error
 import copy
 import time
 from collections import Counter, deque, namedtuple
+from contextlib import closing
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from .gather import Detail, Gather, Received
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
 from .scene import Scene, unit
+from .signs_of_life import in_thread
 from .visibility import Factors, Shafts
 
 Progress = namedtuple("Progress", "fraction error seconds")
@@ -54,6 +56,7 @@ SAFETY = 2.6  # of what samples find to what is stated: they miss penumbrae, and
 REFINE_TO = 0.9 / SAFETY  # of the target: what a refinement leaves in the leaves not split
 ROUNDED = 0.2 * 2**-24  # of the light: what single precision costs, as a row's entries are off either way
 STIFF = 1.0  # of what amplified errors of sources come to: between white planes 1.04 to 7 times the true one is stated
+STIFF_OWN = 0.3  # the same of one surface alone
 STRAIGHTER = 0.3  # part of the bends of the sources that a refinement leaves, where they are most of the error
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 DENSER = 1.2  # what the next rows may take, of what the last ones took
@@ -413,9 +416,7 @@ class _State:
             return self.rows.times(rho * self.spread(value))
 
         def size(error):
-            value, leaves = ((rho * self.spread(error)) ** 2).sum(axis=1), self.sent.leaves
-            mean = value[self.sent.nodes[leaves]].mean(axis=1)
-            return float(np.sqrt((mean * self.sent.sizes()[leaves]).sum())) / self.norm
+            return norms(self.sent, np.linalg.norm(rho * self.spread(error), axis=1))
 
         lit = self.rows.times(rho * source_defect(self.sent, self.lit))
         indirect = self.rows.times(rho * self.spread(source_defect(self.field, self.indirect)))
@@ -426,10 +427,11 @@ class _State:
         error = (yield from gmres(scatter, right, np.zeros_like(right), AMPLIFIED, MAX_KRYLOV))[0]
         rho = rho[:, :3]
         # bends of direct and of indirect light may cancel, but are not known well enough to rely on it
-        self.amplified_light = size(error[:, :3])
-        self.amplified_rest = size(error[:, 6:])
-        bend = np.hypot(size(error[:, 3:6]), CANCELLED * self.amplified_light)
-        self.amplified = float(np.hypot(bend, self.amplified_rest))
+        light, indirect, rest = (size(error[:, k : k + 3]) for k in (0, 3, 6))
+        self.own_amplified = np.linalg.norm([indirect, CANCELLED * light, rest], axis=0)
+        self.amplified_light, self.amplified_rest, self.amplified = (
+            float(np.linalg.norm(v)) / self.norm for v in (light, rest, self.own_amplified)
+        )
 
     def judge(self):
         """Error and its parts from the points looked at -> Residual; yields."""
@@ -466,10 +468,9 @@ class _State:
         received = rho * (yield from flow.received(error, leaf_errors(self.sent, rho[:, None] * self.lit)))
         self.flow, self.flow_received = flow, received
         self.told, self.own_promised = np.sqrt(found[1]), promised
-        received = norms(self.sent, received)
+        received = np.hypot(norms(self.sent, received), STIFF_OWN * self.own_amplified)
         own, self.own_here, self.own_passed = own_errors(self.shared, found, promised, received)
-        rest = np.linalg.norm([self.error_parts["stiff"], self.error_parts["solver"]])
-        self.own_errors = SAFETY * np.where(own > 0, np.hypot(own, rest), 0.0)
+        self.own_errors = SAFETY * np.where(own > 0, np.hypot(own, self.error_parts["solver"]), 0.0)
 
     def misses(self):
         """The target that would be met, by the whole scene's light and each surface's own."""
@@ -494,7 +495,7 @@ class _State:
         each = yield from self.flow.blame(np.where(far[own], weight * self.scene.reflectance.max(axis=1)[own], 0.0))
         leaves = self.field.leaves[self.field.level[self.field.leaves] < DEEPEST]
         leaves = leaves[np.argsort(each[leaves], kind="stable")]
-        return leaves[np.cumsum(each[leaves]) > HALVED * self.own_passed[far].sum()]
+        return leaves[np.cumsum(each[leaves]) > HALVED * each[leaves].sum()]
 
     def tighten(self, target):
         """Rows anew with finer links on the surfaces whose own errors are too large, and larger than surpluses promise;
@@ -633,7 +634,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
     """
     target_error, time_limit = _check(scene, target_error, time_limit)
     _check_memory(scene)
-    state, best = _State(scene, target_error), _Best(time_limit, target_error)
+    state, best = (yield from _set_up(scene, target_error)), _Best(time_limit, target_error)
     try:
         for _ in _approach(state, best, target_error):
             yield Progress(_fraction(state, target_error), state.error, state.elapsed())
@@ -641,6 +642,18 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
     except _OutOfTime:
         pass
     return _finish(best.solution, state, target_error)
+
+
+def _set_up(scene, target_error):
+    """Generator of Progress; returns the _State to begin with."""
+    start = time.perf_counter()
+    with closing(in_thread(_State, scene, target_error)) as steps:
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                return end.value
+            yield Progress(0.0, float("inf"), time.perf_counter() - start)
 
 
 class _OutOfTime(Exception):
@@ -690,7 +703,9 @@ def _approach(state, best, target_error):
                 yield
             if state.checked and state.error <= target and (target > target_error or not state.too_large(target).any()):
                 break
-            if (yield from state.straighten()) or (target == target_error and state.sharpen()):
+            # where only some surface's own error is too large, what helps is local
+            whole = not state.checked or state.error > target
+            if whole and ((yield from state.straighten()) or (target == target_error and state.sharpen())):
                 continue
             tightened = target == target_error and state.tighten(target)
             if (yield from state.refine(target)) or tightened:
