@@ -31,6 +31,11 @@ TIGHT = (1e-3, 1e-6)  # tolerances below which the first, and the second, of ORD
 CURVES = 64  # most kinks of one surface that the rule is broken at
 SAME = 1e-9  # difference of curves, and of breaks between them, that counts as none
 CELLS = 20000  # most cells of one surface
+# in pairs of a point and a target that nothing hides, about a microsecond each: what others take, and all at most, some
+# 50 s in a room of 12 balls and 2 screens. Surfaces share what is left evenly
+EXACT, SAMPLED, WORK = 4, 180, 45_000_000
+NAMED = 3  # pairs in a warning
+LEAST = 1e-12  # factors below it need no digits
 FIRST = {True: (1, 1), False: (2, 4)}  # cells a surface starts with: planes, spheres
 PEAKS = 16.0, 4.0  # sizes of surfaces, and of cells, of their distance from a target whose peak their nodes may miss
 SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
@@ -44,7 +49,8 @@ SEGMENTS_AT_ONCE = 1 << 18
 class FormFactors:
     """F[i, j]: leaving i, arriving at j, (n, n), or (rows, n); background (n,): what meets no surface, 1 - F[i].sum().
 
-    error (n, n): estimated absolute error of each entry; seconds; counts of the pairs that were free, exact, sampled.
+    error (n, n): estimated absolute error of each entry; seconds; counts of the pairs that were free, exact, sampled;
+    warnings: a sentence that names the entries, if any, whose errors are above what was asked for.
     """
 
     F: np.ndarray
@@ -52,13 +58,14 @@ class FormFactors:
     error: np.ndarray
     seconds: float
     counts: Counter = field(default_factory=Counter)
+    warnings: list = field(default_factory=list)
 
 
 def form_factors(scene, rtol=1e-4, rows=None):
     """Form factors between all surfaces of the scene to the relative error rtol of each entry -> FormFactors.
 
     rows: indices of the surfaces to leave from, if not all; the arrays then have these rows alone. The errors are
-    what was reached, estimated from the last refinement; a surface stops at CELLS cells.
+    what was reached, estimated from the last refinement; where CELLS or WORK end it early, a warning says so.
     """
     if not isinstance(scene, Scene):
         raise SceneError(f"form_factors needs a Scene, not {scene!r}")
@@ -80,20 +87,35 @@ def form_factors(scene, rtol=1e-4, rows=None):
     planes = np.array([isinstance(s.shape, Plane) for s in scene.surfaces])
     pairwise = planes & ~occluded.any(axis=1) & np.isin(np.arange(n), wanted)
     done = _closed_pairs(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), factors, error, counts)
-    for row in np.unique(wanted):
+    for left, row in zip(range(len(np.unique(wanted)), 0, -1), np.unique(wanted)):
         targets = np.flatnonzero(~done[row])
         if len(targets):
             lists = hidden.reshape(n, n, -1)[row, targets]
             curves = _kinks(scene, row, targets, lists)
             if curves is None or _peaked(scene, row, np.zeros((1, 2)), np.ones(2), targets, PEAKS[0]).any():
-                value, wrong = _row(scene, shafts, row, targets, lists, rtol, counts)
+                most = (WORK - _work(counts)) // left
+                value, wrong = _row(scene, shafts, row, targets, lists, rtol, most, counts)
             else:
                 value, wrong = _broken_row(scene, shafts, row, targets, lists, curves, rtol, counts)
             factors[row, targets], error[row, targets] = value, wrong
     background = 1 - factors.sum(axis=1)  # by rows as they were integrated, which close exactly
     _reciprocal(scene, np.unique(wanted), factors, error)
     background, factors, error = background[wanted], factors[wanted], error[wanted]
-    return FormFactors(factors, background, error, time.perf_counter() - start, counts)
+    warnings = _above(scene, wanted, factors, error, rtol)
+    return FormFactors(factors, background, error, time.perf_counter() - start, counts, warnings)
+
+
+def _above(scene, rows, factors, error, rtol):
+    """[] or [a sentence that names the entries whose errors are above rtol of them]."""
+    i, j = np.nonzero(error > rtol * np.abs(factors) + LEAST)
+    if not len(i):
+        return []
+    size = error[i, j] / np.maximum(np.abs(factors[i, j]), LEAST)
+    worst = np.argsort(-size)[:NAMED]
+    name = [surface.name or f"surface {k}" for k, surface in enumerate(scene.surfaces)]
+    named = ", ".join(f"from {name[rows[i[k]]]!r} to {name[j[k]]!r} {error[i[k], j[k]]:.1g}" for k in worst)
+    more = f" and {len(i) - len(worst)} more" if len(i) > len(worst) else ""
+    return [f"Absolute errors are above {rtol:g} of their form factors ({named}{more}): see error; raise rtol"]
 
 
 def _reciprocal(scene, rows, factors, error):
@@ -121,15 +143,16 @@ def _closed_pairs(scene, rows, columns, factors, error, counts):
     return done
 
 
-def _row(scene, shafts, row, targets, hidden, rtol, counts):
-    """Adaptive outer integral over surface row -> factors and errors (targets,)."""
+def _row(scene, shafts, row, targets, hidden, rtol, most, counts):
+    """Adaptive outer integral over surface row, of so much work at most, but for the first two levels -> factors and
+    errors (targets,)."""
     rows, columns = FIRST[isinstance(scene.surfaces[row].shape, Plane)]
     corner = np.stack(np.meshgrid(np.arange(rows) / rows, np.arange(columns) / columns, indexing="ij"), -1)
     corner = corner.reshape(-1, 2)
     size = np.array([1 / rows, 1 / columns])
+    before, spent = _work(counts), len(corner)
     value = _cells(scene, shafts, row, corner, size, targets, hidden, counts)
     total, wrong = np.zeros(len(targets)), np.zeros(len(targets))
-    spent = len(corner)
     while True:
         size = size / 2
         child = (corner[:, None] + size * np.array([[0, 0], [0, 1], [1, 0], [1, 1]])).reshape(-1, 2)
@@ -142,7 +165,8 @@ def _row(scene, shafts, row, targets, hidden, rtol, counts):
         # the trouble sits on lines, where ever smaller cells must be allowed ever smaller errors
         bad = (difference > SHARE * (goal - wrong).clip(0) / np.sqrt(len(corner)) + ROUNDING).any(axis=1)
         bad |= _peaked(scene, row, corner, 2 * size, targets, PEAKS[1])
-        if spent + 4 * 4 * bad.sum() > CELLS:
+        each = max(_work(counts) - before, 1) / spent
+        if spent + 4 * 4 * bad.sum() > min(CELLS, most / each):
             bad[:] = False
         total += summed[~bad].sum(axis=0)
         wrong += difference[~bad].sum(axis=0) / GAIN
@@ -150,6 +174,10 @@ def _row(scene, shafts, row, targets, hidden, rtol, counts):
             return total, wrong + ROUNDING
         bad = np.repeat(bad, 4)
         corner, value = child[bad], finer[bad]
+
+
+def _work(counts):
+    return counts["free"] + EXACT * counts["exact"] + SAMPLED * counts["sampled"]
 
 
 def _peaked(scene, row, corner, size, targets, ratio):

@@ -1,5 +1,6 @@
 """Form factors between whole surfaces against known answers and the identities of the field."""
 
+import importlib
 from collections import Counter
 
 import numpy as np
@@ -11,6 +12,8 @@ from rooms import both_sides, cube_planes, scene_of
 from pdm_core import Plane, Scene, SceneError, Sphere, Surface, form_factors, pdm_form_factor
 from pdm_core.form_factors import _row as cells_of_row
 from pdm_core.visibility import Factors, Shafts
+
+form_factors_module = importlib.import_module("pdm_core.form_factors")  # the package's own name is the function
 
 OPPOSITE, ADJACENT = 0.199824895698387, 0.200043776075403
 SEED_ADJACENT, SEED_OPPOSITE, SEED_SPHERE = 0.1968931067, 0.1542499315, 4 * np.pi / 216
@@ -98,10 +101,24 @@ def test_kinks_of_tilted_planes_and_ellipsoids():
     broken = form_factors(scene, 1e-8)
     shafts, hidden = Shafts(scene), np.full((2, 1), 2)
     hidden[1] = -1
-    total, wrong = cells_of_row(scene, shafts, 0, np.array([1, 2]), hidden, 1e-5, Counter())
+    total, wrong = cells_of_row(scene, shafts, 0, np.array([1, 2]), hidden, 1e-5, np.inf, Counter())
     assert np.abs(broken.F[0, 1:] - total).max() < 1e-6 * total.max() + wrong.max()
     exchange = scene.areas[:2, None] * broken.F[:2, :2]
     assert abs(exchange[0, 1] - exchange[1, 0]) < 1e-8 * exchange[0, 1]
+
+
+def test_work_without_end_is_said(monkeypatch):
+    """Balls behind screens: what is asked for is out of reach, and the pairs are named; where it is reached, nothing."""
+    screen = Plane((-0.5, -0.5, 0.8), (1, 0.2, 0), (0, 1, 0))
+    shapes = [*cube_planes(), screen, Sphere.at((0.1, 0.2, 1.5), 0.4)]
+    scene = Scene([Surface(shape, name=f"shape {k}") for k, shape in enumerate(shapes)])
+    monkeypatch.setattr(form_factors_module, "WORK", 1000)
+    found = form_factors(scene, 1e-9)
+    (said,) = found.warnings
+    assert "1e-09" in said and "shape " in said
+    above = found.error > 1e-9 * found.F + form_factors_module.LEAST
+    assert f"and {above.sum() - form_factors_module.NAMED} more" in said
+    assert not form_factors(scene_of(cube_planes()), 1e-9).warnings
 
 
 def test_published_method_gives_its_checked_values():
