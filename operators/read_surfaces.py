@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..pdm_core import Plane, Sphere, Surface
+from ..pdm_core.coincident import one_and_the_same
 from .materials import BACK, FRONT, Appearance
 from .mesh_spheres import SphereShape
 
 ROUND = 2e-6  # Blender's world matrices are float32: semi-axes that agree to this are those of a round sphere
 TOUCH = 1e-6  # of the size: shapes that overlap less only touch
-SAME = 1e-5  # of the size: shapes that differ less lie on one another
+SAME = 1e-6  # of the size: shapes that differ by no more than a few of it lie on one another
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,34 +64,13 @@ def _sphere(matrix):
 
 def twins(pieces):
     """(n,) for each piece the index of the first one that lies exactly on it and faces as it does, or -1."""
-    twin = np.arange(len(pieces))
-    if len(pieces) < 2:
-        return twin - 1
-    centre, radius = _bounds(pieces)
-    normal = np.array([piece.shape.normal if isinstance(piece.shape, Plane) else np.zeros(3) for piece in pieces])
-    spread = np.array([_spread(piece.shape) for piece in pieces])
-    order = np.argsort(centre @ [0.31, 0.59, 0.74], kind="stable")  # a direction that no grid of objects is square to
-    for step in range(1, len(pieces)):
-        a, b = order[:-step], order[step:]
-        near = np.linalg.norm(centre[a] - centre[b], axis=1) <= SAME * radius[a]
-        if not near.any():
-            break
-        same = near & (np.abs(spread[a] - spread[b]).max(axis=(1, 2)) <= SAME * radius[a] ** 2)
-        same &= np.einsum("ij,ij->i", normal[a], normal[b]) >= 0  # back to back is how boxes stand side by side
-        np.minimum.at(twin, np.maximum(a, b)[same], np.minimum(a, b)[same])
-    return np.where(twin < np.arange(len(pieces)), twin, -1)
+    first = one_and_the_same([piece.shape for piece in pieces], SAME * _bounds(pieces)[1]) if pieces else np.zeros(0, int)
+    return np.where(first < np.arange(len(pieces)), first, -1)
 
 
 def _bounds(pieces):
     centre, radius = zip(*(piece.shape.bounds for piece in pieces))
     return np.array(centre), np.array(radius)
-
-
-def _spread(shape):
-    """(3, 3) second moments about the centre, the same for all u, v or matrices that make one shape."""
-    if isinstance(shape, Plane):
-        return np.outer(shape.u, shape.u) + np.outer(shape.v, shape.v)
-    return shape.linear @ shape.linear.T
 
 
 def surfaces_of(pieces):

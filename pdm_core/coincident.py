@@ -9,16 +9,16 @@ ALONG = _RANDOM.normal(size=12)  # one along which different ones hardly ever ha
 
 
 def one_and_the_same(shapes, tolerance):
-    """(n,) Of each shape the first that coincides with it, front on front, to a few tolerances, m."""
-    marks = np.array([shape.marks for shape in shapes])
+    """(n,) Of each shape the first that coincides with it, front on front, to a few tolerances, m, (n,) or one."""
+    marks, tolerance = np.array([shape.marks for shape in shapes]), np.broadcast_to(tolerance, len(shapes))
     place = marks @ ALONG
     order, first = np.argsort(place, kind="stable"), np.arange(len(shapes))
-    reach = LOOSE * tolerance * np.abs(ALONG).sum()
+    reach = LOOSE * tolerance.max(initial=0.0) * np.abs(ALONG).sum()
     for step in range(1, len(shapes)):
         near = np.flatnonzero(place[order[step:]] - place[order[:-step]] <= reach)
         if not len(near):
             break
         a, b = order[near], order[near + step]
-        same = np.abs(marks[a] - marks[b]).max(axis=1) <= LOOSE * tolerance
+        same = np.abs(marks[a] - marks[b]).max(axis=1) <= LOOSE * np.minimum(tolerance[a], tolerance[b])
         np.minimum.at(first, np.maximum(a, b)[same], np.minimum(a, b)[same])
     return first[first]
