@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pdm_core import solve_steps
-from .bake_points import bake_points
+from ..pdm_core import plan, solve_steps
+from ..pdm_core.signs_of_life import in_thread, mapped
+from .bake_points import bake_points, corners_of
 from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
-from .read_scene import read_scene
+from .read_scene import read_steps, some
 from .render_visible import render_visible
 from .report import bake_report
 
@@ -45,10 +46,15 @@ def bake_steps(context, settings):
     check_name(settings.attribute)
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
-        reading = read_scene(context, settings.objects, {settings.attribute, *baked_before(context.scene)})
+        steps = read_steps(context, settings.objects, {settings.attribute, *baked_before(context.scene)})
+        reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
         targets = _targets(reading, settings)
         _check_light(context, reading)
-        points = [bake_points(target, settings.domain) for target in targets]
+        yield from _check_sides(reading, targets)
+        points = []
+        for target in targets:
+            steps = in_thread(bake_points, target.polygon_surface, *corners_of(target), settings.domain)
+            points.append((yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))))
     with _timed(seconds, "solve"):
         solution = yield from _solve(reading.scene, settings, seconds["read"])
     with _timed(seconds, "evaluate"):
@@ -56,7 +62,7 @@ def bake_steps(context, settings):
         values = yield from _evaluate(solution, field, points)
     with _timed(seconds, "check"):
         steps = between_steps(solution, field, targets, points, values)
-        between = yield from _staged(steps, lambda done: Stage("Checking between vertices", done, solution.error))
+        between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
     with _timed(seconds, "write"):
         items = [
             Colours(target.name, p.domain, p.colours(v * 2.0**settings.exposure))
@@ -89,15 +95,24 @@ def _check_light(context, reading):
     )
 
 
-def run(steps, progress=None):
-    """Drives a generator such as bake_steps to its end, calls progress(stage) at each, returns what it returns."""
-    while True:
-        try:
-            stage = next(steps)
-        except StopIteration as end:
-            return end.value
-        if progress:
-            progress(stage)
+def _check_sides(reading, targets):
+    """Warns of objects whose normals face away from all light that comes to them; yields. BakeError where all do."""
+    steps = in_thread(plan, reading.scene, 1.0)
+    reached = (yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))).reached
+    away = [
+        target.name
+        for target in targets
+        if reached[target.surfaces].any() and not reached[np.unique(target.polygon_surface)].any()
+    ]
+    if not away:
+        return
+    text = (
+        f"Light comes only to the sides that the normals of {some('object', away)} face away from, and the baked sides "
+        "stay black; flip the normals (Edit Mode, Mesh > Normals > Flip)"
+    )
+    if len(away) == len(targets):
+        raise BakeError(text)
+    reading.warnings.append(text)
 
 
 @contextmanager
@@ -124,17 +139,7 @@ def _solve(scene, settings, spent):
     """spent: seconds of the time limit that reading took."""
     limit = max(settings.time_limit - spent, LEAST_SECONDS) if settings.time_limit else None
     steps = solve_steps(scene, settings.target_error, limit)
-    return (yield from _staged(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
-
-
-def _staged(steps, stage):
-    """Drives a generator, yields stage(step) at each of its steps, returns what it returns."""
-    while True:
-        try:
-            step = next(steps)
-        except StopIteration as end:
-            return end.value
-        yield stage(step)
+    return (yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
 
 
 def _evaluate(solution, field, points):

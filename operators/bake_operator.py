@@ -7,7 +7,8 @@ import traceback
 from bpy.types import Operator
 
 from ..pdm_core import SceneError
-from .bake import BakeSettings, Stage, bake_steps, run
+from ..pdm_core.signs_of_life import finish
+from .bake import BakeSettings, Stage, bake_steps
 from .colour_attribute import BakeError
 from .read_scene import read_scene
 from .report import one_line, scan_result
@@ -36,7 +37,7 @@ class PDM_OT_bake(BakeProperties, Operator):
 
     def execute(self, context):
         try:
-            report = run(bake_steps(context, self.settings()))
+            report = finish(bake_steps(context, self.settings()))
         except (BakeError, SceneError) as error:
             return self.fail(error)
         return self.finish(context, report)

@@ -30,14 +30,20 @@ class BakePoints:
         return colours
 
 
-def bake_points(target, domain):
-    """The BakePoints of `target` (a ReadObject); domain 'AUTO' is POINT where one surface covers the object."""
-    mesh, world = target.object.data, world_vertices(target)
-    corner_vertex = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", corner_vertex)
-    corners = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_total", corners)
-    corner_surface = np.repeat(np.asarray(target.polygon_surface, np.int64), corners)
+def corners_of(target):
+    """Of `target` (a ReadObject): vertex of each corner (c,), corners of each polygon (p,), vertices (n, 3) m world."""
+    mesh = target.mesh
+    vertex = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", vertex)
+    count = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_total", count)
+    return vertex, count, world_vertices(target)
+
+
+def bake_points(polygon_surface, corner_vertex, corners, world, domain):
+    """The BakePoints of polygons (p,) on these surfaces, see corners_of; domain 'AUTO' is POINT where one surface
+    covers them all."""
+    corner_surface = np.repeat(np.asarray(polygon_surface, np.int64), corners)
     pairs, of_corner = np.unique(corner_surface * len(world) + corner_vertex, return_inverse=True)
     surface, vertex = np.divmod(pairs, len(world))
     if domain == "AUTO":
@@ -52,7 +58,7 @@ def bake_points(target, domain):
 
 def world_vertices(target):
     """(n, 3) m: the vertices of `target` (a ReadObject) in the world."""
-    mesh = target.object.data
+    mesh = target.mesh
     vertices = np.empty(3 * len(mesh.vertices), np.float32)
     mesh.vertices.foreach_get("co", vertices)
     matrix = np.array(target.matrix, np.float64)

@@ -62,7 +62,7 @@ def _error(solution, field, target, points, colours, count, rng):
 
 def _triangles(target, domain):
     """World corners (t, 3, 3) m of the mesh's triangles, indices (t, 3) of their colours, their surfaces (t,)."""
-    mesh = target.object.data
+    mesh = target.mesh
     mesh.calc_loop_triangles()
     triangles = mesh.loop_triangles
     found = {}

@@ -11,7 +11,8 @@ from contextlib import contextmanager
 import bpy
 
 from ..pdm_core import SceneError
-from .bake import BakeSettings, bake_steps, run
+from ..pdm_core.signs_of_life import finish
+from .bake import BakeSettings, bake_steps
 from .colour_attribute import BakeError
 from .render_image import render_image
 from .report import one_line, percent, version
@@ -76,7 +77,7 @@ def _whole(path):
 def _bake(options):
     context = bpy.context
     settings = BakeSettings(**{name: getattr(options, name) for name in SETTING_NAMES})
-    report = run(bake_steps(context, settings), _Progress())
+    report = finish(bake_steps(context, settings), _Progress())
     if options.image:
         with _whole(os.path.abspath(options.image)) as part:
             render_image(context, settings.attribute, part)

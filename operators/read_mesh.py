@@ -13,7 +13,7 @@ BEYOND = 1e15  # m; single precision overflows at 3e38, and the areas of shapes 
 
 @dataclass(eq=False)
 class MeshObject:
-    """A recognised object. matrix (4, 4) to the world; shape_materials: a Material or None of each shape;
+    """A recognised object. matrix (4, 4) to the world; shape_materials: a material's name or None of each shape;
     polygon_shape (p,): the shape of each polygon of the base mesh; reason: why it cannot hold a bake, or ''."""
 
     object: bpy.types.Object
@@ -25,26 +25,52 @@ class MeshObject:
     warnings: list = field(default_factory=list)
 
 
-def read_mesh(obj, depsgraph, grids):
-    """The MeshObject of a mesh object, or NotRecognised; grids: a dict kept over all calls, see find_sphere."""
+@dataclass(eq=False)
+class RawMesh:
+    """A mesh object's own data as copies, which need no Blender any more. arrays, base: vertices, corners, counts of the
+    evaluated mesh and of the one that is baked; materials: a list of names or None, of_polygon (p,) indices into it;
+    changed: what may have changed the mesh; reason: why it cannot hold a bake whatever it is, or ''."""
+
+    object: bpy.types.Object
+    matrix: np.ndarray
+    arrays: tuple
+    base: tuple
+    materials: list
+    of_polygon: np.ndarray
+    changed: str
+    reason: str
+    warnings: list
+
+
+def gather_mesh(obj, depsgraph):
+    """The RawMesh of a mesh object, and its materials, [Material or None]; or NotRecognised."""
     evaluated = obj.evaluated_get(depsgraph)
     matrix = np.array(evaluated.matrix_world, np.float64)
     if not (np.abs(matrix) < BEYOND).all():
         raise NotRecognised("has a transform that is not finite or beyond all bounds; clear or repair it")
     mesh = evaluated.data
-    vertices, corners, counts = _arrays(mesh)
-    if not (np.abs(vertices) < BEYOND).all():
+    arrays = _arrays(mesh)
+    if not (np.abs(arrays[0]) < BEYOND).all():
         raise NotRecognised("has vertices that are not finite or beyond all bounds; delete or repair them")
-    if not len(counts) and not len(obj.data.polygons):
+    if not len(arrays[2]) and not len(obj.data.polygons):
         raise NotRecognised("has no faces")
     materials, of_polygon = _materials(evaluated, mesh)
-    shapes = find_shapes(vertices, corners, counts, of_polygon, grids)
+    names = [material and material.name_full for material in materials]
+    base, changed = _arrays(obj.data), _modifiers(obj)
+    raw = RawMesh(
+        obj, matrix, arrays, base, names, of_polygon, changed, _unbakeable(obj), _render_differences(obj)
+    )
+    return raw, materials
+
+
+def recognise(raw, grids):
+    """The MeshObject of a RawMesh, or NotRecognised; arrays alone. grids: a dict kept over all calls, see find_sphere."""
+    shapes = find_shapes(*raw.arrays, raw.of_polygon, grids)
     shape_materials = [None] * len(shapes.shapes)
     for shape, first in zip(*np.unique(shapes.polygon_shape, return_index=True)):
-        shape_materials[shape] = materials[of_polygon[first]]
-    found = MeshObject(obj, matrix, shapes, shape_materials, shapes.polygon_shape)
-    found.warnings = _render_differences(obj)
-    found.reason = _unbakeable(obj) or _compare(obj, found, vertices, corners, counts, of_polygon)
+        shape_materials[shape] = raw.materials[raw.of_polygon[first]]
+    found = MeshObject(raw.object, raw.matrix, shapes, shape_materials, shapes.polygon_shape, warnings=raw.warnings)
+    found.reason = raw.reason or _compare(raw, found)
     return found
 
 
@@ -81,17 +107,17 @@ def _unbakeable(obj):
     return ""
 
 
-def _compare(obj, found, vertices, corners, counts, of_polygon):
+def _compare(raw, found):
     """Fits found.polygon_shape to the base mesh's polygons; returns why that cannot be done, or ''."""
-    base = _arrays(obj.data)
+    (vertices, corners, counts), base = raw.arrays, raw.base
     slack = 4 * FLOAT32 * np.abs(vertices).max()
     if base[0].shape != vertices.shape or not (np.abs(base[0] - vertices) <= slack).all():
-        return f"has vertices moved, added or removed by {_modifiers(obj)}; apply or remove it"
+        return f"has vertices moved, added or removed by {raw.changed}; apply or remove it"
     if np.array_equal(base[1], corners) and np.array_equal(base[2], counts):
         return ""
     number = _shape_of_polygons(base, corners, counts, found.shapes)
     if number is None:
-        return f"has faces changed by {_modifiers(obj)}; apply or remove it"
+        return f"has faces changed by {raw.changed}; apply or remove it"
     found.polygon_shape = number
     return ""
 

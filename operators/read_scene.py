@@ -6,13 +6,16 @@ import bpy
 import numpy as np
 
 from ..pdm_core import Scene, SceneError
+from ..pdm_core.signs_of_life import finish, in_thread, mapped
+from .colour_attribute import BakeError
 from .materials import read_material, read_world
 from .mesh_topology import NotRecognised
-from .read_mesh import read_mesh
+from .read_mesh import gather_mesh, recognise
 from .read_surfaces import pieces_of, surfaces_of, twins
 from .render_visible import evaluated, render_visible
 
 UNREAD = {"CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME", "GPENCIL", "GREASEPENCIL"}
+LARGE = 20_000  # corners, from which on a mesh is recognised in a thread of its own, to give signs of life meanwhile
 SINGLE = 2**-24  # relative rounding of Blender's coordinates and matrices
 
 
@@ -35,6 +38,14 @@ class ReadObject:
     bakeable: bool
     reason: str
 
+    @property
+    def mesh(self):
+        """The mesh that is baked; BakeError where the object was removed after it was read."""
+        try:
+            return self.object.data
+        except ReferenceError:
+            raise BakeError(f"Object {self.name!r} was removed during the bake; bake again") from None
+
 
 @dataclass(eq=False)
 class Reading:
@@ -49,7 +60,12 @@ class Reading:
 
 
 def read_scene(context, objects="ALL", baked=()):
-    """The Reading of the context's scene and view layer.
+    """The Reading at once, see read_steps."""
+    return finish(read_steps(context, objects, baked))
+
+
+def read_steps(context, objects="ALL", baked=()):
+    """Generator of the fraction done; returns the Reading of the context's scene and view layer.
 
     objects, 'ALL', 'SELECTED' or names, limits what is bakeable and never what lights: every recognised object that a
     render shows takes part in the light. baked: names of colour attributes that hold bakes, which are no light.
@@ -66,18 +82,23 @@ def read_scene(context, objects="ALL", baked=()):
     reading.refused += [
         (obj.name, f"is of type {obj.type.title()}; convert it to a mesh") for obj in visible if obj.type in UNREAD
     ]
-    with evaluated(context, visible) as depsgraph:
-        found = _read_meshes(meshes, depsgraph, reading)
+    with evaluated(context, visible) as depsgraph:  # what is hidden is shown meanwhile: no other hand may come between
+        raw, looks = _gather(meshes, depsgraph, reading, frozenset(baked))
         _note_unread(visible, depsgraph, reading)
-        taken = _accept(found, reading, frozenset(baked))
         background = _background(context.scene, depsgraph, reading)
-    surfaces, indices = surfaces_of([piece for _, pieces in taken for piece in pieces])
-    if surfaces:
-        reading.scene = Scene(surfaces, background, rounding=SINGLE)
+    found = yield from _recognise(raw, reading)
+    taken = _accept(found, looks, reading)
+    reading.scene, indices = yield from in_thread(_scene_of, [piece for _, pieces in taken for piece in pieces], background)
     for mesh, pieces in taken:
         own, indices = indices[: len(pieces)], indices[len(pieces) :]
         reading.objects.append(_read_object(mesh, own, mesh.object in wanted))
     return reading
+
+
+def _scene_of(pieces, background):
+    """The Scene of [Piece], None where there is none, and the indices of each one's surfaces."""
+    surfaces, indices = surfaces_of(pieces)
+    return Scene(surfaces, background, rounding=SINGLE) if surfaces else None, indices
 
 
 def _wanted(view_layer, meshes, objects):
@@ -96,27 +117,47 @@ def _wanted(view_layer, meshes, objects):
     return {shown[name] for name in names}
 
 
-def _read_meshes(meshes, depsgraph, reading):
-    """[MeshObject] of the recognised; the others go to reading.refused."""
-    found, grids = [], {}
+def _gather(meshes, depsgraph, reading, baked):
+    """[RawMesh] of those that are sound, the others go to reading.refused; {name or None: Appearance} of materials."""
+    raw, looks = [], {}
     for obj in meshes:
         try:
-            found.append(read_mesh(obj, depsgraph, grids))
+            mesh, materials = gather_mesh(obj, depsgraph)
         except NotRecognised as error:
             reading.refused.append((obj.name, str(error)))
+            continue
+        raw.append(mesh)
+        for name, material in zip(mesh.materials, materials, strict=True):
+            if name not in looks:
+                looks[name] = read_material(material, baked)
+    return raw, looks
+
+
+def _recognise(raw, reading):
+    """Generator of the fraction done; returns [MeshObject] of the recognised; the others go to reading.refused."""
+    found, grids, done = [], {}, 0
+    total = sum(len(mesh.arrays[1]) for mesh in raw)
+    for mesh in raw:
+        size = len(mesh.arrays[1])
+        try:
+            if size < LARGE:
+                found.append(recognise(mesh, grids))
+            else:
+                found.append((yield from mapped(in_thread(recognise, mesh, grids), lambda _: done / total)))
+        except NotRecognised as error:
+            reading.refused.append((mesh.object.name, str(error)))
+        done += size
+        yield done / max(total, 1)
     return found
 
 
-def _accept(found, reading, baked):
+def _accept(found, looks, reading):
     """[(MeshObject, [Piece])]; objects whose shapes the core refuses, or which lie on others, go to refused."""
-    looks, users, taken = {}, {}, []
+    users, taken = {}, []
     for mesh in found:
-        for material in mesh.shape_materials:
-            key = material and material.name_full
-            if key not in looks:
-                looks[key] = read_material(material, baked)
-            users.setdefault(key, {})[mesh.object.name] = None
-        own = [looks[material and material.name_full] for material in mesh.shape_materials]
+        for name in mesh.shape_materials:
+            users.setdefault(name, {})[mesh.object.name] = None
+        own = [looks[name] for name in mesh.shape_materials]
         pieces = pieces_of(mesh.object.name, mesh.matrix, mesh.shapes, own)
         problems = [problem for piece in pieces if (problem := piece.shape.problem())]
         if all(look.is_volume for look in own):
@@ -126,9 +167,9 @@ def _accept(found, reading, baked):
         else:
             taken.append((mesh, pieces))
     taken = _without_twins(taken, reading)
-    for key, look in looks.items():
+    for key, names in users.items():
         reading.warnings += [
-            f"Material {key!r} ({_some('object', list(users[key]))}): {text}" for text in look.warnings
+            f"Material {key!r} ({some('object', list(names))}): {text}" for text in looks[key].warnings
         ]
     for mesh, _ in taken:
         reading.warnings += [f"Object {mesh.object.name!r}: {text}" for text in mesh.warnings]
@@ -184,7 +225,7 @@ def _note_unread(visible, depsgraph, reading):
             reading.refused.append((name, text))
     lights = [obj.name for obj in visible if obj.type == "LIGHT"]
     if lights:
-        reading.warnings.append(f"{_some('Light', lights)} left out: use emissive materials instead")
+        reading.warnings.append(f"{some('Light', lights)} left out: use emissive materials instead")
     for obj in visible:
         if obj.type == "MESH" and len(obj.particle_systems):
             reading.warnings.append(f"Object {obj.name!r}: its particles are left out")
@@ -197,7 +238,7 @@ def _background(scene, depsgraph, reading):
     return background
 
 
-def _some(what, names, most=3):
+def some(what, names, most=3):
     """object 'A'; objects 'A', 'B', 'C' and 2 more"""
     listed = ", ".join(repr(name) for name in names[:most])
     more = f" and {len(names) - most} more" if len(names) > most else ""

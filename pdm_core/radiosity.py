@@ -6,8 +6,7 @@ gather. Rounds tighten the tolerance, refine the field where the estimated error
 
 import copy
 import time
-from collections import Counter, deque, namedtuple
-from contextlib import closing
+from collections import Counter, namedtuple
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from .gather import Detail, Gather, Received
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
 from .scene import Scene, unit
-from .signs_of_life import in_thread
+from .signs_of_life import finish, in_thread, mapped
 from .visibility import Factors, Shafts
 
 Progress = namedtuple("Progress", "fraction error seconds")
@@ -647,13 +646,8 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
 def _set_up(scene, target_error):
     """Generator of Progress; returns the _State to begin with."""
     start = time.perf_counter()
-    with closing(in_thread(_State, scene, target_error)) as steps:
-        while True:
-            try:
-                next(steps)
-            except StopIteration as end:
-                return end.value
-            yield Progress(0.0, float("inf"), time.perf_counter() - start)
+    steps = in_thread(_State, scene, target_error)
+    return (yield from mapped(steps, lambda _: Progress(0.0, float("inf"), time.perf_counter() - start)))
 
 
 class _OutOfTime(Exception):
@@ -724,13 +718,7 @@ def solve(scene, target_error=1e-2, time_limit=None, progress=None):
     if progress is not None and not callable(progress):
         raise SceneError(f"progress is {progress!r}; give a function of (fraction, error, seconds), or None")
     steps = solve_steps(scene, target_error, time_limit)
-    while True:
-        try:
-            step = next(steps)
-        except StopIteration as end:
-            return end.value
-        if progress is not None:
-            progress(*step)
+    return finish(steps, progress and (lambda step: progress(*step)))
 
 
 def _check_memory(scene):
@@ -833,11 +821,11 @@ def _relit(old, scene):
     state.exact = {s: part.exact for s, part in enumerate(old.received)}
     state.lit = state.fractions @ state.light
     state.indirect = np.zeros_like(state.indirect)  # the old light may be larger than the new by any factor
-    deque(state.solve(1e-2 * max(old.error, 1e-6)), maxlen=0)
-    deque(state.divide(old.error), maxlen=0)
+    finish(state.solve(1e-2 * max(old.error, 1e-6)))
+    finish(state.divide(old.error))
     if state.looks and state.norm > 0:
-        deque(state.amplify(), maxlen=0)
-        deque(state.judge(), maxlen=0)
+        finish(state.amplify())
+        finish(state.judge())
     elif not state.norm > 0:
         state.error, state.error_parts, state.own_errors = 0.0, {}, np.zeros(len(scene))
     state.history.append((state.elapsed(), state.error))

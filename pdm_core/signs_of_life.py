@@ -1,4 +1,4 @@
-"""Long work on arrays as a generator: in a thread of its own, joined before the generator ends, however it ends."""
+"""Long work as generators that yield signs of life and return the result: driven, mapped, and made of work on arrays."""
 
 from threading import Thread
 
@@ -27,3 +27,27 @@ def in_thread(work, *arguments):
     if error is not None:
         raise error
     return result
+
+
+def finish(steps, tell=None):
+    """Drives a generator to its end, calls tell(step) at each step, returns what it returns."""
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as end:
+            return end.value
+        if tell is not None:
+            tell(step)
+
+
+def mapped(steps, change):
+    """Generator: yields change(step) at each step of another, returns what that returns; closed, it closes that too."""
+    try:
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as end:
+                return end.value
+            yield change(step)
+    finally:
+        steps.close()

@@ -326,6 +326,58 @@ def test_closing_the_steps_early_changes_nothing(addon):
     assert bpy.context.scene.pdm_radiosity.last_report == ""
 
 
+def test_reading_a_large_mesh_gives_signs_of_life(addon):
+    """A recognition that takes seconds is done beside steps that yield; Esc then leaves the scene as it was."""
+    ground = scenes.add("Ground", lambda b: bmesh.ops.create_grid(b, x_segments=500, y_segments=500, size=1))
+    scenes.lit_ball()
+    module = addon("operators.bake")
+    steps = module.bake_steps(bpy.context, module.BakeSettings())
+    stages = []
+    while not stages or stages[-1].text == "Reading the scene":
+        stages.append(next(steps))
+    steps.close()
+    # one a tick of the thread; each object alone would give one
+    assert len(stages) > 3 + len(bpy.context.scene.objects)
+    assert len(ground.data.color_attributes) == 0
+
+
+@pytest.mark.parametrize("stage", ["Solving", "Evaluating vertices", "Checking between vertices"])
+def test_an_object_removed_meanwhile_is_named(addon, stage):
+    floor, ball = scenes.lit_ball()[:2]
+    module = addon("operators.bake")
+    steps, removed = module.bake_steps(bpy.context, module.BakeSettings(target_error=0.1)), False
+    name = ball.name
+    with pytest.raises(addon("operators.colour_attribute").BakeError, match=f"'{name}' was removed"):
+        for step in steps:
+            if step.text == stage and not removed:
+                bpy.data.objects.remove(ball)
+                removed = True
+    assert removed and len(floor.data.color_attributes) == 0
+
+
+def room_facing(outward):
+    room = scenes.add("Room", lambda b: bmesh.ops.create_cube(b, size=4))
+    if not outward:
+        room.data.flip_normals()
+    scenes.sphere("Lamp", radius=0.3, made_of=scenes.material("Lamp", emission=(5, 5, 5)))
+    return room
+
+
+def test_normals_that_face_away_from_all_light_are_said_before_the_work():
+    room = room_facing(outward=True)
+    room.select_set(True)
+    with pytest.raises(RuntimeError, match="Room.*flip the normals"):
+        bake(objects="SELECTED")
+    assert len(room.data.color_attributes) == 0
+    report = bake()  # the lamp is black as a receiver, but not in the dark
+    assert any("Room" in warning and "flip the normals" in warning for warning in report["warnings"])
+
+
+def test_normals_that_face_the_light_are_not_warned_of():
+    room_facing(outward=False)
+    assert not any("flip the normals" in warning for warning in bake()["warnings"])
+
+
 def test_invoke_in_background_bakes_at_once():
     floor = scenes.lit_ball()[0]
     assert bpy.ops.pdm.bake("INVOKE_DEFAULT") == {"FINISHED"}
@@ -374,7 +426,7 @@ def test_a_failure_after_writing_puts_all_back(addon, monkeypatch):
 
     monkeypatch.setattr(module, "bake_report", broken)
     with pytest.raises(OverflowError):
-        module.run(module.bake_steps(bpy.context, module.BakeSettings(exposure=2.0)))
+        addon("pdm_core.signs_of_life").finish(module.bake_steps(bpy.context, module.BakeSettings(exposure=2.0)))
     assert (scenes.colours(floor) == before).all()
     assert bpy.context.scene.pdm_radiosity.last_report == last
 

@@ -1,7 +1,5 @@
 """Errors passed on as light is: a closed room of known gain, and the transposed way back against the way there."""
 
-from collections import deque
-
 import numpy as np
 import pytest
 from rooms import cube_planes
@@ -9,14 +7,7 @@ from rooms import cube_planes
 from pdm_core import Scene, Surface
 from pdm_core.error_flow import ONE_SIGNED, Flow, areas_of_nodes, density, norms
 from pdm_core.radiosity import _State
-
-
-def result(generator):
-    while True:
-        try:
-            next(generator)
-        except StopIteration as end:
-            return end.value
+from pdm_core.signs_of_life import finish
 
 
 @pytest.fixture(scope="module")
@@ -24,9 +15,9 @@ def state():
     """A lit room of reflectance .5 with rows at the first nodes."""
     surfaces = [Surface(plane, 0.5, float(k == 1)) for k, plane in enumerate(cube_planes())]
     state = _State(Scene(surfaces))
-    deque(state.grow(state.sent.leaves[:0]), maxlen=0)
+    finish(state.grow(state.sent.leaves[:0]))
     state.link_up(0.01)
-    deque(state.extend(), maxlen=0)
+    finish(state.extend())
     return state
 
 
@@ -39,7 +30,7 @@ def flow(state):
 def test_an_even_error_is_received_as_even_light_is(state, flow):
     even = np.sqrt(state.field.sizes())  # of density 1
     assert np.allclose(density(state.field, even), 1)
-    received = result(flow.received(even, 0 * state.sent.sizes()))
+    received = finish(flow.received(even, 0 * state.sent.sizes()))
     # all that a point sees emits ONE_SIGNED and reflects half of what it receives
     assert np.allclose(received, ONE_SIGNED / (1 - 0.5), rtol=0.1)
     areas = [s.shape.area for s in state.scene.surfaces]
@@ -50,12 +41,12 @@ def test_blame_adds_up_to_what_is_received(state, flow):
     rng = np.random.default_rng(3)
     error, weight = rng.random(len(state.field.level)), areas_of_nodes(state.sent)
     weight = np.where(state.sent.node_surface == 2, weight, 0.0)
-    received = result(flow.received(error, 0 * state.sent.sizes()))
-    blamed = result(flow.blame(weight))
+    received = finish(flow.received(error, 0 * state.sent.sizes()))
+    blamed = finish(flow.blame(weight))
     assert (blamed >= 0).all() and not blamed[state.field.child >= 0].any()
     assert np.isclose(blamed.sum(), weight @ received, rtol=0.1)
     # half the error of one leaf is half of its part
     worst = np.argmax(blamed)
     error[worst] /= 2
-    less = weight @ received - weight @ result(flow.received(error, 0 * state.sent.sizes()))
+    less = weight @ received - weight @ finish(flow.received(error, 0 * state.sent.sizes()))
     assert np.isclose(less, blamed[worst] / 2, rtol=0.2)
