@@ -27,8 +27,8 @@ class MeshObject:
 
 @dataclass(eq=False)
 class RawMesh:
-    """A mesh object's own data as copies, which need no Blender any more. arrays, base: vertices, corners, counts of the
-    evaluated mesh and of the one that is baked; materials: a list of names or None, of_polygon (p,) indices into it;
+    """A mesh object's own data as copies, which need no Blender any more. arrays, base: vertices, corners, counts of
+    the evaluated mesh and of the one that is baked; materials: a list of names or None, of_polygon (p,) indices into it;
     changed: what may have changed the mesh; reason: why it cannot hold a bake whatever it is, or ''."""
 
     object: bpy.types.Object
@@ -57,14 +57,12 @@ def gather_mesh(obj, depsgraph):
     materials, of_polygon = _materials(evaluated, mesh)
     names = [material and material.name_full for material in materials]
     base, changed = _arrays(obj.data), _modifiers(obj)
-    raw = RawMesh(
-        obj, matrix, arrays, base, names, of_polygon, changed, _unbakeable(obj), _render_differences(obj)
-    )
+    raw = RawMesh(obj, matrix, arrays, base, names, of_polygon, changed, _unbakeable(obj), _render_differences(obj))
     return raw, materials
 
 
 def recognise(raw, grids):
-    """The MeshObject of a RawMesh, or NotRecognised; arrays alone. grids: a dict kept over all calls, see find_sphere."""
+    """The MeshObject of a RawMesh, or NotRecognised; arrays alone. grids: a dict kept over all calls: find_sphere."""
     shapes = find_shapes(*raw.arrays, raw.of_polygon, grids)
     shape_materials = [None] * len(shapes.shapes)
     for shape, first in zip(*np.unique(shapes.polygon_shape, return_index=True)):

@@ -88,7 +88,8 @@ def read_steps(context, objects="ALL", baked=()):
         background = _background(context.scene, depsgraph, reading)
     found = yield from _recognise(raw, reading)
     taken = _accept(found, looks, reading)
-    reading.scene, indices = yield from in_thread(_scene_of, [piece for _, pieces in taken for piece in pieces], background)
+    everything = [piece for _, pieces in taken for piece in pieces]
+    reading.scene, indices = yield from in_thread(_scene_of, everything, background)
     for mesh, pieces in taken:
         own, indices = indices[: len(pieces)], indices[len(pieces) :]
         reading.objects.append(_read_object(mesh, own, mesh.object in wanted))
@@ -143,7 +144,7 @@ def _recognise(raw, reading):
             if size < LARGE:
                 found.append(recognise(mesh, grids))
             else:
-                found.append((yield from mapped(in_thread(recognise, mesh, grids), lambda _: done / total)))
+                found.append((yield from mapped(in_thread(recognise, mesh, grids), lambda _, at=done: at / total)))
         except NotRecognised as error:
             reading.refused.append((mesh.object.name, str(error)))
         done += size

@@ -64,7 +64,9 @@ def _sphere(matrix):
 
 def twins(pieces):
     """(n,) for each piece the index of the first one that lies exactly on it and faces as it does, or -1."""
-    first = one_and_the_same([piece.shape for piece in pieces], SAME * _bounds(pieces)[1]) if pieces else np.zeros(0, int)
+    if not pieces:
+        return np.zeros(0, int)
+    first = one_and_the_same([piece.shape for piece in pieces], SAME * _bounds(pieces)[1])
     return np.where(first < np.arange(len(pieces)), first, -1)
 
 

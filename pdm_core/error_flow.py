@@ -8,7 +8,7 @@ import numpy as np
 
 from .numerics import gmres
 
-ONE_SIGNED = .3  # part of a cell's error that is of one sign, and goes on as light does
+ONE_SIGNED = 0.3  # part of a cell's error that is of one sign, and goes on as light does
 ROUGHLY = 0.1  # relative residual in solving for an error
 MOST = 30  # steps
 
@@ -62,7 +62,7 @@ class Flow:
 
 
 def density(field, leaf_error):
-    """L2 errors (n cells,) of the leaves -> (n nodes, 1) error of the radiance, mean over the leaves about each node."""
+    """L2 errors (n cells,) of the leaves -> (n nodes, 1) error of the radiance, mean of the leaves about each node."""
     leaves = field.leaves
     # an L2 error is its density times the root of the area
     total = np.repeat(leaf_error[leaves] * np.sqrt(field.sizes()[leaves]) / 9, 9)

@@ -13,8 +13,8 @@ import numpy as np
 from .checked import SceneError, index, number, vectors
 from .contacts import contacts_of, settle, settled_again
 from .each_surface import OWN, Light, own_errors, worst_of_parts
-from .error_flow import Flow, areas_of_nodes, norms
 from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, source_defect
+from .error_flow import Flow, areas_of_nodes, norms
 from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
 from .numerics import Rows, gmres

@@ -1,4 +1,4 @@
-"""Long work as generators that yield signs of life and return the result: driven, mapped, and made of work on arrays."""
+"""Long work as generators that yield signs of life and return the result: driven, mapped, made of work on arrays."""
 
 from threading import Thread
 
@@ -6,7 +6,7 @@ TICK = 0.05  # s between two signs of life
 
 
 def in_thread(work, *arguments):
-    """Yields every TICK s until work(*arguments), which touches nothing but arrays, is done; returns what it returns."""
+    """Yields every TICK s until work(*arguments), which touches nothing but arrays, is done; returns its result."""
     outcome = []
 
     def run():

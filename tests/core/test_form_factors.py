@@ -108,7 +108,7 @@ def test_kinks_of_tilted_planes_and_ellipsoids():
 
 
 def test_work_without_end_is_said(monkeypatch):
-    """Balls behind screens: what is asked for is out of reach, and the pairs are named; where it is reached, nothing."""
+    """A ball behind a screen: what is asked for is out of reach, the pairs are named; where it is reached, nothing."""
     screen = Plane((-0.5, -0.5, 0.8), (1, 0.2, 0), (0, 1, 0))
     shapes = [*cube_planes(), screen, Sphere.at((0.1, 0.2, 1.5), 0.4)]
     scene = Scene([Surface(shape, name=f"shape {k}") for k, shape in enumerate(shapes)])
