@@ -28,7 +28,7 @@ class MeshObject:
 @dataclass(eq=False)
 class RawMesh:
     """A mesh object's own data as copies, which need no Blender any more. arrays, base: vertices, corners, counts of
-    the evaluated mesh and of the one that is baked; materials: a list of names or None, of_polygon (p,) indices into it;
+    the evaluated mesh and of the one that is baked; materials: names or None, of_polygon (p,) indices into them;
     changed: what may have changed the mesh; reason: why it cannot hold a bake whatever it is, or ''."""
 
     object: bpy.types.Object
