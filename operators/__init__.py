@@ -4,9 +4,10 @@ import bpy
 
 from . import command_line
 from .bake_operator import PDM_OT_bake, PDM_OT_scan, stop_bake
+from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from .settings import PDM_PG_scene
 
-CLASSES = (PDM_PG_scene, PDM_OT_bake, PDM_OT_scan)
+CLASSES = (PDM_PG_scene, PDM_OT_bake, PDM_OT_scan, PDM_OT_convergence, PDM_OT_convergence_page)
 
 
 def register():

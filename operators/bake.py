@@ -48,8 +48,10 @@ def bake_steps(context, settings):
     with _timed(seconds, "read"):
         steps = read_steps(context, settings.objects, {settings.attribute, *baked_before(context.scene)})
         reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
-        targets = _targets(reading, settings)
-        _check_light(context, reading)
+        targets = find_targets(reading)
+        for target in targets:
+            check_target(target.object, settings.attribute)
+        check_light(context, reading)
         yield from _check_sides(reading, targets)
         points = []
         for target in targets:
@@ -84,7 +86,7 @@ def baked_before(scene):
     return {last["settings"]["attribute"]} if last else set()
 
 
-def _check_light(context, reading):
+def check_light(context, reading):
     """Raises BakeError where nothing shines, before the work."""
     if (reading.scene.emission > 0).any() or (reading.scene.background > 0).any():
         return
@@ -122,16 +124,14 @@ def _timed(seconds, stage):
     seconds[stage] = time.perf_counter() - start
 
 
-def _targets(reading, settings):
-    """The objects that receive colours, each checked before the work starts."""
+def find_targets(reading):
+    """The objects that receive colours; BakeError where there are none."""
     targets = [o for o in reading.objects if o.bakeable]
     if reading.scene is None or not targets:
         reasons = [f"{name!r} {reason}" for name, reason in reading.refused]
         reasons += [f"{o.name!r} {o.reason}" for o in reading.objects if not o.bakeable]
         found = "; ".join(reasons[:3]) or "a render shows no mesh object"
         raise BakeError(f"Nothing to bake: add a UV sphere, plane or box, or select one ({found})")
-    for target in targets:
-        check_target(target.object, settings.attribute)
     return targets
 
 

@@ -1,4 +1,4 @@
-"""`bpy.ops.pdm.bake` and `bpy.ops.pdm.scan`: at once in scripts, in slices with a progress bar in a window."""
+"""`bpy.ops.pdm.bake` and `bpy.ops.pdm.scan`, and how work runs: at once in scripts, in slices in a window."""
 
 import json
 import time
@@ -19,31 +19,26 @@ SLICE = 0.05  # s of work at each
 NAVIGATION = set("MOUSEMOVE MIDDLEMOUSE WHEELUPMOUSE WHEELDOWNMOUSE TRACKPADPAN TRACKPADZOOM MOUSEROTATE".split())
 
 
-class PDM_OT_bake(BakeProperties, Operator):
-    """Solve the light between UV spheres, planes and boxes, and write it to a colour attribute"""
-
-    bl_idname = "pdm.bake"
-    bl_label = "Bake Radiosity"
-    bl_options = {"REGISTER", "UNDO"}
-
-    stage = None  # the running bake's Stage, for the sidebar; on the class: one bake runs at a time
-    running = None  # (steps, timer) of that bake
+class Steps:
+    """Mixed into operators whose work is a generator of Stages: at once in scripts, in slices with a progress bar in a
+    window. make_steps(context) is the generator, done(context, result) reports what it returns."""
 
     @classmethod
     def poll(cls, context):
-        if cls.stage is not None:
+        if PDM_OT_bake.stage is not None:
             cls.poll_message_set("A bake is running")
-        return cls.stage is None and context.scene is not None
+        return PDM_OT_bake.stage is None and context.scene is not None
 
     def execute(self, context):
         try:
-            report = finish(bake_steps(context, self.settings()))
+            result = finish(self.make_steps(context))
         except (BakeError, SceneError) as error:
             return self.fail(error)
-        return self.finish(context, report)
+        return self.done(context, result)
 
     def invoke(self, context, event):
-        self.steps = bake_steps(context, self.settings())
+        self.steps = self.make_steps(context)
+        self.begun, PDM_OT_bake.history = time.perf_counter(), []
         PDM_OT_bake.stage = Stage("Reading the scene", 0.0, float("inf"))
         self.timer = context.window_manager.event_timer_add(TICK, window=context.window)
         PDM_OT_bake.running = self.steps, self.timer
@@ -54,9 +49,7 @@ class PDM_OT_bake(BakeProperties, Operator):
         if PDM_OT_bake.running is None or PDM_OT_bake.running[0] is not self.steps:
             return {"CANCELLED"}  # the add-on was disabled meanwhile
         if event.type == "ESC":
-            self.cancel(context)
-            self.report({"INFO"}, "Bake cancelled, nothing was changed")
-            return {"CANCELLED"}
+            return self.stopped(context)
         if event.type != "TIMER":
             # looking around is allowed, editing the scene under the bake is not
             return {"PASS_THROUGH" if event.type in NAVIGATION else "RUNNING_MODAL"}
@@ -64,7 +57,7 @@ class PDM_OT_bake(BakeProperties, Operator):
             self.advance(context)
         except StopIteration as end:
             self.cancel(context)
-            return self.finish(context, end.value)
+            return self.done(context, end.value)
         except (BakeError, SceneError) as error:
             self.cancel(context)
             return self.fail(error)
@@ -76,29 +69,51 @@ class PDM_OT_bake(BakeProperties, Operator):
         return {"RUNNING_MODAL"}
 
     def advance(self, context):
-        """One slice of the work; StopIteration carries the report."""
+        """One slice of the work; StopIteration carries the result."""
         until = time.perf_counter() + SLICE
         while time.perf_counter() < until:
             PDM_OT_bake.stage = next(self.steps)
+            error = PDM_OT_bake.stage.error
+            if error < (PDM_OT_bake.history[-1][1] if PDM_OT_bake.history else float("inf")):
+                PDM_OT_bake.history.append((time.perf_counter() - self.begun, error))
         redraw_sidebars(context)
+
+    def stopped(self, context):
+        """Esc was pressed."""
+        self.cancel(context)
+        self.report({"INFO"}, f"{self.bl_label} cancelled, nothing was changed")
+        return {"CANCELLED"}
 
     def cancel(self, context):
         """Also called by Blender, when the window closes or another file is loaded."""
         stop_bake(context)
         redraw_sidebars(context)
 
-    def settings(self):
-        return BakeSettings(**{name: getattr(self, name) for name in SETTING_NAMES})
+    def fail(self, error):
+        self.report({"ERROR"}, str(error))
+        return {"CANCELLED"}
 
-    def finish(self, context, report):
+
+class PDM_OT_bake(BakeProperties, Steps, Operator):
+    """Solve the light between UV spheres, planes and boxes, and write it to a colour attribute"""
+
+    bl_idname = "pdm.bake"
+    bl_label = "Bake Radiosity"
+    bl_options = {"REGISTER", "UNDO"}
+
+    # of what runs, for the sidebar; on the class: one bake or convergence runs at a time
+    stage = None  # its Stage
+    running = None  # its (steps, timer)
+    history = ()  # [(seconds, error)] so far
+
+    def make_steps(self, context):
+        return bake_steps(context, BakeSettings(**{name: getattr(self, name) for name in SETTING_NAMES}))
+
+    def done(self, context, report):
         for warning in report["warnings"]:
             self.report({"WARNING"}, warning)
         self.report({"INFO"}, one_line(report))
         return {"FINISHED"}
-
-    def fail(self, error):
-        self.report({"ERROR"}, str(error))
-        return {"CANCELLED"}
 
 
 def stop_bake(context):

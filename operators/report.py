@@ -48,7 +48,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
         "plan": list(solution.plan.lines),
         "counts": dict(solution.counts),
     }
-    return _plain(report)
+    return plain(report)
 
 
 def scan_result(reading):
@@ -125,12 +125,12 @@ def _own_warnings(settings, between, items):
     return warnings
 
 
-def _plain(value):
+def plain(value):
     """numpy scalars and containers as JSON's own types."""
     if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
+        return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):

@@ -108,6 +108,11 @@ class PDM_PG_scene(BakeProperties, PropertyGroup):
         description="The objects recognised and refused in this scene when last looked at, as JSON",
     )
 
+    last_convergence: StringProperty(
+        name="Last Convergence",
+        description="The last run of Error Against Time of this scene as JSON: its rows and where its page is",
+    )
+
     def keep(self, report):
         """Stores a bake's report, which is also the latest scan; its warnings stand in the report."""
         self.last_report = json.dumps(report)
@@ -117,6 +122,10 @@ class PDM_PG_scene(BakeProperties, PropertyGroup):
     def report(self):
         """The last bake's report as a dict, or None."""
         return json.loads(self.last_report) if self.last_report else None
+
+    def convergence(self):
+        """The last run of Error Against Time as a dict with `rows`, `page` and `said`, or None."""
+        return json.loads(self.last_convergence) if self.last_convergence else None
 
     def scan(self):
         """The last scan as a dict with `objects`, `refused`, `hidden` and `warnings`, or None."""

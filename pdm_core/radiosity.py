@@ -41,6 +41,7 @@ SURE = 0.7  # lower than what was found asks for: the halves of what is split ha
 NAMED = 3  # surfaces in a warning
 BLAMED = 0.3  # of what a surface's own error may be: what comes with the light
 MOST_STRAIN = 16.0  # how much finer links get there
+LENIENT = 3.0  # surpluses alone promise too much in gaps: what is found there decides
 HALVED = 0.5  # of the error expected on a surface, what a refinement leaves where its own is too large
 MAX_ROUNDS = 12  # refinements towards one target
 TIGHTER, TIGHTEST = 0.03, 1e-5  # tolerance of the solver, of the last, where its rest is most of the error; the least
@@ -100,6 +101,16 @@ class Solution:
             part = slice(start, start + EVALUATE)
             out[part] = self._state.incident(np.full(len(points[part]), surface_index), points[part])
         return np.maximum(out, 0.0)
+
+    def estimated_error(self, surface_index, points):
+        """points (n, 3) m, projected onto the surface -> (n,) estimated error of the radiance there, in its unit, as
+        the length of the three channels': where it is likely to be large, not a bound at each point."""
+        k = index(surface_index, len(self.scene), "surface_index")
+        points = self.scene.surfaces[k].shape.project(vectors(points, "points")) - self._state.origin
+        sent, error = self._state.sent, self._state.node_error
+        own = np.full(len(points), k)
+        cell, weight = sent.locate(own, sent.local(own, points))
+        return SAFETY * np.maximum(np.einsum("nk,nk->n", weight, error[sent.nodes[cell]]), 0.0)
 
     def irradiance(self, points, normals):
         """points (n, 3) m, normals (n, 3) of any length but 0, anywhere in space -> irradiance / pi (n, 3)"""
@@ -385,6 +396,7 @@ class _State:
                 break
         if not self.looks:
             self.error, self.error_parts, self.own_errors = 0.0, {}, np.zeros(len(self.scene))
+            self.node_error = np.zeros(len(self.sent.keys))
         else:
             self.learn(residual)
             self.optimism = self.error_parts["discretisation"] / max(self._promised(), 1e-300)
@@ -466,6 +478,7 @@ class _State:
         flow = Flow(f, self.sent, self.rows, self.placed, rho)
         received = rho * (yield from flow.received(error, leaf_errors(self.sent, rho[:, None] * self.lit)))
         self.flow, self.flow_received = flow, received
+        self.node_error = np.hypot(self.spread(flow.spread_out)[:, 0], received)
         self.told, self.own_promised = np.sqrt(found[1]), promised
         received = np.hypot(norms(self.sent, received), STIFF_OWN * self.own_amplified)
         own, self.own_here, self.own_passed = own_errors(self.shared, found, promised, received)
@@ -529,7 +542,7 @@ class _State:
         error, allowed = np.clip(self.optimism, 0.5, 2.0) * self.leaf_error, REFINE_TO * target * self.scale
         if self.checked:  # what was found has to fall by so much, however little was promised
             allowed = min(allowed, SURE * target / self.error * np.linalg.norm(error[f.leaves]))
-        own = self.shared.allowed(REFINE_TO * target / self.caught)
+        own = LENIENT * self.shared.allowed(REFINE_TO * target / self.caught)
         if self.checked and len(mended := self.to_mend(target)):
             found = np.sqrt(np.bincount(f.part[f.leaves], error[f.leaves] ** 2, len(own)))
             part = np.isin(np.repeat(np.arange(len(self.scene)), f.charts), mended)
@@ -828,5 +841,6 @@ def _relit(old, scene):
         finish(state.judge())
     elif not state.norm > 0:
         state.error, state.error_parts, state.own_errors = 0.0, {}, np.zeros(len(scene))
+        state.node_error = np.zeros(len(state.sent.keys))
     state.history.append((state.elapsed(), state.error))
     return Solution(state)

@@ -1,0 +1,261 @@
+"""Error against run time of the current scene: a ladder of targets, and beside it the published method and Cycles."""
+
+import os
+import platform
+import sys
+import time
+from dataclasses import asdict, dataclass
+
+import bpy
+import numpy as np
+
+from ..pdm_core import SceneError, solve_steps
+from ..pdm_core.compare import difference, points_over, radiance_at
+from ..pdm_core.foretell import seconds_to
+from ..pdm_core.patch_radiosity import MOST_PATCHES, patch_radiosity_steps
+from ..pdm_core.signs_of_life import mapped
+from .bake import Stage, baked_before, check_light, find_targets
+from .bake_points import bake_points, corners_of
+from .colour_attribute import BakeError
+from .cycles_beside import cycles_steps
+from .read_scene import read_steps
+from .report import plain, version
+
+LADDER = (0.16, 0.08, 0.04, 0.02, 0.01, 0.005, 0.0025, 0.00125)
+PATCHES = ((1, 3), (2, 3), (3, 5), (6, 5), (12, 5))  # divisions and points of the published method
+OWN_SHARE = 0.6  # of the time limit that the ladder may use where others are to be compared with
+LAST_SHARE = 0.75  # of what is left that a run may be foretold to take
+MOST_VERTICES = 20_000  # of a scene that are compared, at random
+NEARLY = 1.01  # a property in single precision is the same target
+WORST = 10  # vertices listed
+EXACT, PUBLISHED, CYCLES = "this bake", "published method", "Cycles"
+
+
+@dataclass(frozen=True)
+class ConvergenceSettings:
+    """The properties of `bpy.ops.pdm.convergence`."""
+
+    objects: str | tuple = "ALL"
+    time_limit: float = 60.0  # s, sizes the ladder
+    tightest: float = 0.0025  # the last target, where time allows it
+    published: bool = True
+    cycles: bool = False
+
+
+@dataclass
+class Places:
+    """Where runs are compared: surface (k,), points (k, 3) of baked vertices, names (k,) of their objects, index of
+    vertices (k,); of the whole scene: surface, points."""
+
+    vertices: tuple
+    names: np.ndarray
+    vertex: np.ndarray
+    everywhere: tuple
+
+
+class _Keep:
+    """The runs so far and the time that is left."""
+
+    def __init__(self, settings):
+        self.settings, self.start, self.runs, self.said = settings, time.perf_counter(), [], []
+
+    def elapsed(self):
+        return time.perf_counter() - self.start
+
+    def left(self, share=1.0):
+        return share * self.settings.time_limit - self.elapsed()
+
+
+def convergence_steps(context, settings, stop=lambda: False):
+    """Generator of Stages; returns the result, a dict of JSON's own types, see `result_of`. The scene stays as it is.
+
+    stop(): asked between stages; True ends the ladder with what is done. Raises BakeError, SceneError.
+    """
+    keep = _Keep(settings)
+    steps = read_steps(context, settings.objects, baked_before(context.scene))
+    reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
+    targets = find_targets(reading)
+    check_light(context, reading)
+    places = _places(reading, targets)
+    reference, plan = None, None
+    for solution, values in (yield from _ladder(reading.scene, places, keep, stop)):
+        reference, plan = (solution, values), solution.plan
+    if reference is None:
+        raise BakeError("Nothing was reached; raise the time limit")
+    if settings.published and not stop():
+        yield from _published(reading.scene, places, keep, stop)
+    if settings.cycles and not stop():
+        yield from _cycles(context, reading, targets, places, keep)
+    return result_of(context, reading, places, keep, reference, plan)
+
+
+def _places(reading, targets):
+    """The Places of the vertices to be baked, and random ones of the scene."""
+    surface, points, names, vertex = [], [], [], []
+    for target in targets:
+        found = bake_points(target.polygon_surface, *corners_of(target), "CORNER")
+        surface += [np.full(stop - start, k) for k, start, stop in found.runs]
+        points.append(found.points)
+        names += [target.name] * len(found.points)
+        vertex.append(np.arange(len(found.points)))
+    surface, points, vertex = (np.concatenate(part) for part in (surface, points, vertex))
+    pick = np.sort(np.random.default_rng(0).permutation(len(points))[:MOST_VERTICES])
+    return Places((surface[pick], points[pick]), np.array(names)[pick], vertex[pick], points_over(reading.scene))
+
+
+def _ladder(scene, places, keep, stop):
+    """Ever tighter solutions, kept with their values as runs; returns [(Solution, values)] of the last; yields."""
+    share = OWN_SHARE if keep.settings.published or keep.settings.cycles else 1.0
+    last, history = [], []
+    for target in [t for t in LADDER if t > NEARLY * keep.settings.tightest] + [keep.settings.tightest]:
+        needed = seconds_to(history, target)
+        if stop() or (needed is not None and needed > LAST_SHARE * keep.left(share)):
+            keep.said.append(f"targets from {100 * target:g} % on are left out: {'stopped' if stop() else 'the time limit'}")
+            break
+        cpu, wall = time.process_time(), time.perf_counter()
+        steps = solve_steps(scene, target, max(keep.left(share), 1e-3))
+        try:
+            solution = yield from mapped(
+                steps, lambda p, t=target: Stage(f"Solving to {100 * t:g} %", p.fraction, p.error)
+            )
+        except SceneError as error:
+            if not last:
+                raise
+            keep.said.append(str(error))
+            break
+        evaluated = yield from _values(solution, places)
+        seconds, cpu = time.perf_counter() - wall, time.process_time() - cpu
+        counts = solution.counts
+        keep.runs.append({
+            "method": EXACT, "setting": f"target {100 * target:g} %", "stated": solution.error, "seconds": seconds,
+            "cpu_seconds": cpu, "peak_megabytes": peak_megabytes(), "nodes": solution.nodes,
+            "links": counts.get("links", 0), "visibility_done": counts.get("exact", 0) + counts.get("sampled", 0),
+            "visibility_left_out": counts.get("free", 0) + counts.get("from the sum", 0),
+            "history": solution.history, "values": evaluated,
+        })  # fmt: skip
+        last, history = [(solution, evaluated)], solution.history
+    return last
+
+
+def _values(solution, places):
+    """Radiance at the baked vertices and everywhere; yields."""
+    values = []
+    for surface, points in (places.vertices, places.everywhere):
+        steps = radiance_at(solution, surface, points)
+        values.append((yield from mapped(steps, lambda done: Stage("Evaluating vertices", done, np.inf))))
+    return values
+
+
+def _published(scene, places, keep, stop):
+    """Runs of the published method, until the time is used up; yields."""
+    before = 0.0
+    share = OWN_SHARE + (1 - OWN_SHARE) / (2 if keep.settings.cycles else 1)
+    for divisions, points in PATCHES:
+        if 2 * divisions**2 * len(scene) > MOST_PATCHES or stop() or 16 * before > keep.left(share):
+            break
+        cpu, wall = time.process_time(), time.perf_counter()
+        what = f"{divisions} x {divisions} patches, {points} points"
+        steps = patch_radiosity_steps(scene, divisions, points)
+        solution = yield from mapped(steps, lambda done, w=what: Stage(f"Published method, {w}", done, np.inf))
+        values = yield from _values(solution, places)
+        before = time.perf_counter() - wall
+        keep.runs.append({
+            "method": PUBLISHED, "setting": what, "stated": None, "seconds": before,
+            "cpu_seconds": time.process_time() - cpu, "peak_megabytes": peak_megabytes(),
+            "nodes": len(solution.patches), "links": len(solution.patches) ** 2,
+            "visibility_done": solution.counts["sampled"], "visibility_left_out": 0, "values": values,
+        })  # fmt: skip
+
+
+def _cycles(context, reading, targets, places, keep):
+    """Runs of Cycles' vertex bake in a second Blender; what goes wrong there is said, not raised; yields."""
+    steps = cycles_steps(context, reading, targets, max(keep.left(), 10.0))
+    try:
+        runs = yield from mapped(steps, lambda text: Stage(text, 0.0, np.inf))
+    except BakeError as error:
+        keep.said.append(f"Cycles: {error}")
+        return
+    for run in runs:
+        values, sizes = run.pop("values"), run.pop("sizes")
+        value = np.concatenate([values[name] for name in dict.fromkeys(places.names.tolist())])
+        pick = _positions(places, sizes)
+        keep.runs.append({"method": CYCLES, **run, "stated": None, "values": [value[pick], None]})
+
+
+def _positions(places, sizes):
+    """Where the compared vertices are in arrays of all, object after object."""
+    start, at = {}, 0
+    for name in dict.fromkeys(places.names.tolist()):
+        start[name], at = at, at + sizes[name]
+    return np.array([start[name] for name in places.names.tolist()]) + places.vertex
+
+
+def peak_megabytes():
+    """Of the process so far, in MB; None where the system does not tell."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
+
+
+def result_of(context, reading, places, keep, reference, plan):
+    """dict: about {extension, blender, numpy, python, machine, cores, file, scene, date}; settings; plan [text]; said
+    [text]; floor: the reference's own stated error, below which differences mean nothing; runs [{method, setting,
+    stated, measured {vertices {l2, p95, worst}, surfaces {...}}, noise, seconds, cpu_seconds, peak_megabytes, nodes,
+    links, visibility_done, visibility_left_out}]; foretold {target: seconds}; worst [{object, vertex, error, light}]."""
+    solution, (at_vertices, everywhere) = reference
+    emission = reading.scene.emission
+    own = [emission[places.vertices[0]], emission[places.everywhere[0]]]
+    runs = []
+    for run in keep.runs:
+        values = run.pop("values")
+        is_reference = run["method"] == EXACT and values[0] is at_vertices
+        measured = {
+            name: asdict(difference(value, true, light))
+            for name, value, true, light in zip(("vertices", "surfaces"), values, (at_vertices, everywhere), own)
+            if value is not None
+        }
+        runs.append({**run, "measured": None if is_reference else measured, "reference": is_reference})
+    return plain({
+        "about": about(context), "settings": asdict(keep.settings), "seconds": keep.elapsed(),
+        "plan": list(plan.lines), "said": keep.said, "warnings": reading.warnings + solution.warnings,
+        "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
+        "vertices": len(places.names), "floor": solution.error, "runs": runs,
+        "foretold": {f"{t:g}": seconds_to(solution.history, t) for t in (0.01, 0.005, 0.0025)},
+        "objects": [
+            {"name": o.name, "label": o.label, "error": solution.error_over(o.surfaces)} for o in reading.objects
+        ],
+        "worst": _worst(solution, places, at_vertices, own[0]),
+    })  # fmt: skip
+
+
+def _worst(solution, places, light, own):
+    """The vertices of the largest estimated errors, of each object the worst alone, worst first."""
+    surface, points = places.vertices
+    error = np.empty(len(points))
+    for s in np.unique(surface):
+        error[surface == s] = solution.estimated_error(int(s), points[surface == s])
+    size = max(float(np.sqrt(((light - own) ** 2).sum(axis=1).mean())), 1e-300)
+    order = np.argsort(-error)
+    first = order[np.sort(np.unique(places.names[order], return_index=True)[1])][:WORST]
+    return [
+        {
+            "object": places.names[k],
+            "at": points[k].round(4).tolist(),
+            "error": error[k] / size,
+            "radiance": light[k].tolist(),
+        }
+        for k in first
+    ]
+
+
+def about(context):
+    """Versions and the machine."""
+    return {
+        "extension": version(), "blender": bpy.app.version_string, "numpy": np.__version__,
+        "python": platform.python_version(), "machine": platform.processor() or platform.machine(),
+        "system": platform.system(), "cores": os.cpu_count(), "file": os.path.basename(bpy.data.filepath),
+        "scene": context.scene.name, "date": time.strftime("%Y-%m-%d %H:%M"),
+    }  # fmt: skip

@@ -1,0 +1,88 @@
+"""Cycles' vertex bake of a copy of the scene, in a second Blender in the background: our scene is never touched."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from .bake_points import bake_points, corners_of
+from .colour_attribute import BakeError
+
+SAMPLES = (1, 4, 16, 64, 256, 1024)
+WAIT = 0.05  # s between two looks
+SCRIPT = Path(__file__).with_name("cycles_script.py")
+
+
+def cycles_steps(context, reading, targets, seconds):
+    """Generator of texts; returns runs [{setting, noise, seconds, cpu_seconds, values {name: (pairs, 3)}, sizes}].
+
+    values: radiance at each (vertex, surface) pair, as bake_points orders them; noise: relative L2, from two seeds.
+    Ends after so many seconds with what is done. BakeError where nothing is.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        copy = os.path.join(folder, "copy.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=copy, copy=True, compress=False)
+        names = [target.name for target in targets]
+        with open(os.path.join(folder, "log.txt"), "w", encoding="utf-8") as log:
+            process = subprocess.Popen(_command(copy, folder, names), stdout=log, stderr=subprocess.STDOUT)
+        try:
+            end = time.perf_counter() + seconds
+            while process.poll() is None and time.perf_counter() < end:
+                time.sleep(WAIT)
+                yield f"Cycles, {_done(folder) or 'starting'}"
+        finally:
+            if process.poll() is None:
+                process.kill()
+            process.wait()
+        runs = [_run(folder, count, reading, targets) for count in SAMPLES if os.path.exists(_path(folder, count))]
+        if not runs:
+            last = Path(folder, "log.txt").read_text(encoding="utf-8", errors="replace").strip().splitlines()
+            raise BakeError(f"no bake was done within {seconds:.0f} s ({last[-1] if last else 'no message'})")
+        return runs
+
+
+def _command(copy, folder, names):
+    words = ["--", folder, ",".join(map(str, SAMPLES)), *names]
+    if bpy.app.binary_path:
+        return [bpy.app.binary_path, "-b", "--factory-startup", copy, "--python", str(SCRIPT), *words]
+    return [sys.executable, str(SCRIPT), *words]
+
+
+def _path(folder, count):
+    return os.path.join(folder, f"{count}.npz")
+
+
+def _done(folder):
+    done = [count for count in SAMPLES if os.path.exists(_path(folder, count))]
+    return f"{done[-1]} samples done" if done else ""
+
+
+def _run(folder, count, reading, targets):
+    scene, sizes, values, noise, total = reading.scene, {}, {}, 0.0, 0.0
+    with np.load(_path(folder, count)) as data:
+        wall, cpu = data["seconds"].tolist()
+        for k, target in enumerate(targets):
+            pairs = bake_points(target.polygon_surface, *corners_of(target), "CORNER")
+            surface = np.concatenate([np.full(stop - start, s) for s, start, stop in pairs.runs])
+            rho, emission = scene.reflectance[surface], scene.emission[surface]
+            one, other = (rho * _of_pairs(data[f"{seed}:{k}"], pairs) for seed in (1, 2))
+            noise, total = noise + ((one - other) ** 2).sum() / 2, total + ((one + other) ** 2).sum() / 4
+            values[target.name], sizes[target.name] = emission + one, len(surface)
+    return {
+        "setting": f"{count} samples", "noise": float(np.sqrt(noise / max(total, 1e-300))), "seconds": wall,
+        "cpu_seconds": cpu, "peak_megabytes": None, "nodes": None, "links": None, "visibility_done": None,
+        "visibility_left_out": None, "values": values, "sizes": sizes,
+    }  # fmt: skip
+
+
+def _of_pairs(corners, pairs):
+    """Values (c, 3) at corners -> (pairs, 3), the mean of each one's corners."""
+    count = np.maximum(np.bincount(pairs.scatter, minlength=len(pairs.points)), 1)
+    return np.stack(
+        [np.bincount(pairs.scatter, corners[:, c], len(pairs.points)) / count for c in range(3)], axis=1
+    )

@@ -1,0 +1,31 @@
+"""How long a tighter target would take, from how a solution converged."""
+
+import numpy as np
+
+USUAL = 0.9  # seconds go as the error to minus this power, as the random rooms of tests/benchmarks/foretold.py do
+OWN = 0.5  # weight of the power that the history itself shows
+POWERS = 0.5, 1.5  # and what it may be
+MORE = 1.45  # of what that gives: the last steps cost more, and so does an error that hangs on each surface
+
+
+def seconds_to(history, target):
+    """history [(seconds, error)] of a Solution -> seconds that a solution to the target may take; None where nothing is
+    known. What was reached before is read off."""
+    seconds, error = _falling(history)
+    if not len(error) or target <= 0:
+        return None
+    if error[-1] <= target:
+        return float(seconds[np.argmax(error <= target)])
+    power = USUAL
+    if len(error) > 1:
+        seen = np.log(seconds[-1] / seconds[0]) / np.log(error[0] / error[-1])
+        power = OWN * np.clip(seen, *POWERS) + (1 - OWN) * USUAL
+    return float(MORE * seconds[-1] * (error[-1] / target) ** power)
+
+
+def _falling(history):
+    """Seconds and errors (k,) of the entries that are better than all before."""
+    rows = np.array([row for row in history if np.isfinite(row[1]) and row[1] > 0 and row[0] > 0]).reshape(-1, 2)
+    best = np.minimum.accumulate(rows[:, 1]) if len(rows) else np.zeros(0)
+    better = np.flatnonzero(np.append(np.inf, best[:-1]) > best) if len(best) else np.zeros(0, int)
+    return rows[better, 0], rows[better, 1]

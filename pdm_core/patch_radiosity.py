@@ -1,0 +1,116 @@
+"""The published method as a whole: radiosity of uniform patches whose form factors are those of pdm_form_factor, read off
+bilinearly. It is here to be compared with: the exact gather of `solve` is what is baked.
+"""
+
+import time
+from collections import Counter
+
+import numpy as np
+
+from .checked import SceneError, index, number, vectors
+from .form_factors import SEGMENTS_AT_ONCE, patch_samples
+from .scene import Plane, Scene
+from .signs_of_life import finish
+from .view import ShapeTable, segment_blocked
+
+MOST_PATCHES = 4000  # their matrix is dense
+
+
+class PatchSolution:
+    """radiance (n patches, 3) of the patches of each surface, rows first; seconds; counts of the segments tested."""
+
+    def __init__(self, scene, divisions, radiance, seconds, counts):
+        self.scene, self.divisions, self.patches = scene, divisions, radiance
+        self.seconds, self.counts = seconds, counts
+        self._start = np.concatenate([[0], np.cumsum(np.prod(divisions, axis=1))])
+
+    def radiance(self, surface_index, points):
+        """points (n, 3) m, projected onto the surface -> outgoing radiance (n, 3), bilinear between the middles of
+        patches, even beyond those at a border."""
+        k = index(surface_index, len(self.scene), "surface_index")
+        shape, (rows, columns) = self.scene.surfaces[k].shape, self.divisions[k]
+        local = shape.local(shape.project(vectors(points, "points")))
+        wraps = not isinstance(shape, Plane)
+        if wraps:  # theta / pi, phi / 2 pi
+            s = np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2]) / np.pi
+            t = np.arctan2(local[:, 1], local[:, 0]) / (2 * np.pi) % 1.0
+        else:
+            s, t = local[:, 0], local[:, 1]
+        value = self.patches[self._start[k] : self._start[k + 1]].reshape(rows, columns, 3)
+        i, a = _between(s, rows, False)
+        j, b = _between(t, columns, wraps)
+        return sum(
+            (p * q)[:, None] * value[i[m], j[n]] for m, p in enumerate((1 - a, a)) for n, q in enumerate((1 - b, b))
+        )
+
+
+def _between(at, count, wraps):
+    """at (n,) in [0, 1] -> the two of `count` equal parts (2, n) whose middles it lies between, weight (n,) of the
+    second."""
+    place = np.asarray(at) * count - 0.5
+    low = np.floor(place).astype(int)
+    both = np.stack([low, low + 1])
+    return (both % count if wraps else np.clip(both, 0, count - 1)), place - low
+
+
+def patch_radiosity(scene, divisions=3, points=5):
+    """PatchSolution with divisions x divisions patches a plane, divisions x 2 divisions a sphere, at `points` Gauss points
+    a direction in each patch. The error is large where surfaces share an edge: see form_factors."""
+    return finish(patch_radiosity_steps(scene, divisions, points))
+
+
+def patch_radiosity_steps(scene, divisions=3, points=5):
+    """Generator of the fraction done; returns the PatchSolution of patch_radiosity."""
+    start = time.perf_counter()
+    if not isinstance(scene, Scene):
+        raise SceneError(f"patch_radiosity needs a Scene, not {scene!r}")
+    divisions, points = (
+        int(number(k, f"patch_radiosity: {what}", "a whole number above 0", above=0.5))
+        for k, what in ((divisions, "divisions"), (points, "points"))
+    )
+    each = [(divisions, divisions if isinstance(s.shape, Plane) else 2 * divisions) for s in scene.surfaces]
+    patches = int(np.prod(each, axis=1).sum())
+    if patches > MOST_PATCHES:
+        raise SceneError(f"patch_radiosity: {patches} patches are more than {MOST_PATCHES}; use fewer divisions")
+    factors, counts = yield from _factors(scene, each, points)
+    own = np.repeat(np.arange(len(scene)), np.prod(each, axis=1))
+    rho, emission = scene.reflectance[own], scene.emission[own]
+    received = np.maximum(1 - factors.sum(axis=1), 0.0)[:, None] * scene.background
+    radiance = np.empty((patches, 3))
+    for c in range(3):
+        right = emission[:, c] + rho[:, c] * received[:, c]
+        radiance[:, c] = np.linalg.solve(np.eye(patches) - rho[:, c, None] * factors, right)
+    return PatchSolution(scene, each, radiance, time.perf_counter() - start, counts)
+
+
+def _factors(scene, divisions, points):
+    """F (n patches, n patches) by the published rule, every pair at all its points, and counts; yields."""
+    samples = [patch_samples(s, d, points) for s, d in zip(scene.surfaces, divisions)]
+    x, normal = (np.concatenate(part) for part in zip(*samples))
+    surface = np.repeat(np.arange(len(scene)), [len(p) for p, _ in samples])
+    shape = scene.shape_of[surface]
+    each = points * points
+    count = len(x) // each
+    area = np.linalg.norm(normal, axis=1).reshape(count, each).sum(axis=1)
+    table, counts = ShapeTable(scene.shapes), Counter()
+    factors = np.empty((count, count))
+    step = max(1, SEGMENTS_AT_ONCE // (each * len(x)))
+    for first in range(0, count, step):
+        rows = slice(first * each, min(first + step, count) * each)
+        e = x - x[rows, None]
+        kernel = np.maximum(np.einsum("id,ijd->ij", normal[rows], e), 0)
+        kernel *= np.maximum(-np.einsum("jd,ijd->ij", normal, e), 0)
+        i, j = np.nonzero(kernel)
+        d, at = e[i, j].T, i + rows.start
+        value = kernel[i, j] / np.einsum("di,di->i", d, d) ** 2
+        for k in range(len(scene.shapes)):
+            # convex shapes are hidden from themselves by their normals alone
+            others = np.flatnonzero((value > 0) & (shape[at] != k) & (shape[j] != k))
+            hit = segment_blocked(table, x[at[others]].T, d[:, others], np.full(len(others), k))
+            value[others[hit]] = 0.0
+            counts["sampled"] += len(others)
+        flat = (i // each) * count + j // each
+        block = np.bincount(flat, value, len(range(*rows.indices(len(x)))) // each * count).reshape(-1, count)
+        factors[first : first + len(block)] = block / (np.pi * area[first : first + len(block), None])
+        yield first / count
+    return factors, counts

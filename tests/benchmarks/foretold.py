@@ -1,0 +1,56 @@
+"""Are seconds foretold? Random rooms solved to 1 %, then to .5 and .25 %: foretold against needed seconds.
+
+    python tests/benchmarks/foretold.py [OUTPUT.json [ROOMS]]
+
+What is foretold comes from the history of the solution at 1 % alone, see pdm_core/foretell.py.
+"""
+
+import sys
+import time
+
+import numpy as np
+from output import machine, save
+from truth import random_room
+
+from pdm_core import solve
+from pdm_core.foretell import seconds_to
+
+FIRST, TARGETS = 0.01, (0.005, 0.0025)
+FACTOR = 2.0
+
+
+def run(seed):
+    scene = random_room(seed)
+    history = solve(scene, FIRST).history
+    row = {"seed": seed, "history": history, "targets": []}
+    for target in TARGETS:
+        start = time.perf_counter()
+        solution = solve(scene, target)
+        needed = time.perf_counter() - start
+        entry = {"target": target, "foretold": seconds_to(history, target), "needed": needed}
+        row["targets"].append({**entry, "stated": float(solution.error)})
+    return row
+
+
+def main(output="build/bench/foretold.json", rooms="100"):
+    rows = []
+    for seed in range(int(rooms)):
+        rows.append(run(seed))
+        told = "  ".join(
+            f"{t['target']:.2%}: {t['foretold']:5.1f} s foretold, {t['needed']:5.1f} needed" for t in rows[-1]["targets"]
+        )
+        print(f"{seed:3}  {told}", flush=True)
+    summary = {}
+    for k, target in enumerate(TARGETS):
+        ratio = np.array([row["targets"][k]["foretold"] / row["targets"][k]["needed"] for row in rows])
+        summary[str(target)] = {
+            "within_factor_2": float(np.mean((ratio < FACTOR) & (ratio > 1 / FACTOR))),
+            "median": float(np.median(ratio)),
+            "percentiles_10_90": np.percentile(ratio, [10, 90]).tolist(),
+        }
+    print(summary)
+    save(output, {"about": machine(), "summary": summary, "rows": rows})
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
