@@ -12,6 +12,7 @@ from ..pdm_core.signs_of_life import in_thread, mapped
 from .bake_points import bake_points, corners_of
 from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
+from .error_map import error_name, heat_map, names_written
 from .read_scene import read_steps, some
 from .render_visible import render_visible
 from .report import bake_report
@@ -35,6 +36,7 @@ class BakeSettings:
     domain: str = "AUTO"
     data_type: str = "FLOAT_COLOR"
     exposure: float = 0.0  # stops
+    heat_map: bool = False  # also the estimated error, as colours
 
 
 def bake_steps(context, settings):
@@ -43,14 +45,18 @@ def bake_steps(context, settings):
     Nothing in the file changes before the very end: closing the generator cancels. Raises BakeError, SceneError.
     """
     seconds = {}
-    check_name(settings.attribute)
+    for name in names_written(settings.attribute, settings.heat_map):
+        check_name(name)
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
-        steps = read_steps(context, settings.objects, {settings.attribute, *baked_before(context.scene)})
+        steps = read_steps(
+            context, settings.objects, {*names_written(settings.attribute), *baked_before(context.scene)}
+        )
         reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
         targets = find_targets(reading)
         for target in targets:
-            check_target(target.object, settings.attribute)
+            for name in names_written(settings.attribute, settings.heat_map):
+                check_target(target.object, name)
         check_light(context, reading)
         yield from _check_sides(reading, targets)
         points = []
@@ -70,12 +76,22 @@ def bake_steps(context, settings):
             Colours(target.name, p.domain, p.colours(v * 2.0**settings.exposure))
             for target, p, v in zip(targets, points, values, strict=True)
         ]
-        undo = write_colours(items, settings.attribute, settings.data_type)
+        errors, undo_errors = None, lambda: None
+        if settings.heat_map:
+            errors = heat_map(solution, targets, points)
+            undo_errors = write_colours(errors.items, error_name(settings.attribute), "FLOAT_COLOR")
+        try:
+            undo_colours = write_colours(items, settings.attribute, settings.data_type)
+        except Exception:
+            undo_errors()
+            raise
     try:
         report = bake_report(context, settings, reading, solution, between, items, points, seconds)
+        report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
         context.scene.pdm_radiosity.keep(report)
     except Exception:
-        undo()
+        undo_colours()
+        undo_errors()
         raise
     return report
 
@@ -83,7 +99,7 @@ def bake_steps(context, settings):
 def baked_before(scene):
     """Names of the colour attributes that the last bake of the scene wrote."""
     last = scene.pdm_radiosity.report()
-    return {last["settings"]["attribute"]} if last else set()
+    return set(names_written(last["settings"]["attribute"])) if last else set()
 
 
 def check_light(context, reading):

@@ -14,6 +14,10 @@ from ..pdm_core import SceneError
 from ..pdm_core.signs_of_life import finish
 from .bake import BakeSettings, bake_steps
 from .colour_attribute import BakeError
+from .convergence import ConvergenceSettings, convergence_steps
+from .convergence_operator import NAMES as CONVERGENCE_NAMES
+from .convergence_operator import write
+from .convergence_page import text_rows
 from .render_image import render_image
 from .report import one_line, percent, version
 from .settings import SETTING_NAMES, BakeProperties
@@ -44,7 +48,7 @@ def main(argv):
         return _fail("no .blend file was loaded; name one that exists before --command", FAILED)
     try:
         with _interruptible():
-            _bake(options)
+            options.work(options)
     except KeyboardInterrupt:
         return _fail("stopped, nothing was written", INTERRUPTED)
     except (BakeError, SceneError, OSError, RuntimeError) as error:
@@ -94,6 +98,17 @@ def _bake(options):
     print(one_line(report))
 
 
+def _converge(options):
+    settings = ConvergenceSettings(**{name: getattr(options, name) for name in CONVERGENCE_NAMES})
+    result = finish(convergence_steps(bpy.context, settings), _Progress())
+    paths = write(result, options.folder)
+    for text in result["said"] + result["warnings"]:
+        print(f"pdm: {text}", file=sys.stderr)
+    for row in text_rows(result):
+        print("{:17} {:24} {:>9} {:>9}".format(*row))
+    print(paths["html"])
+
+
 def _check_picture(path):
     """Raises OSError where the PNG is not whole: Blender does not say that a disk is full."""
     end = b""
@@ -126,6 +141,10 @@ def _fail(error, code):
 def _parse(argv):
     """The options, checked before any work; SystemExit as argparse raises it."""
     options = _parser().parse_args(argv)
+    if options.objects != "ALL":
+        options.objects = tuple(options.objects)
+    if options.command == "convergence":
+        return options
     paths = [path for path in (options.output, options.report, options.image) if path]
     if not paths:
         options.usage_error("nothing would be written; give --output, --report or --image")
@@ -141,8 +160,6 @@ def _parse(argv):
     for path in (options.report, options.image):
         if path and real.count(os.path.realpath(path)) > 1:
             options.usage_error(f"{path} is named twice or is the file itself; choose another name")
-    if options.objects != "ALL":
-        options.objects = tuple(options.objects)
     return options
 
 
@@ -151,7 +168,9 @@ def _parser():
         prog="blender -b SCENE.blend --command pdm",
         description=f"PDM Radiosity {version()}: diffuse light on exact planes and spheres, baked into vertex colours.",
     )
-    bake = parser.add_subparsers(dest="command", required=True, metavar="COMMAND").add_parser(
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_convergence(commands)
+    bake = commands.add_parser(
         "bake",
         help="bake the loaded file",
         description="Bakes the loaded file's scene. The file itself changes only if --output names it.",
@@ -179,8 +198,28 @@ def _parser():
     bake.add_argument("--output", type=_ending(".blend"), metavar="FILE.blend", help="save the baked file here")
     bake.add_argument("--report", metavar="FILE.json", help="write the report here")
     bake.add_argument("--image", type=_ending(".png"), metavar="FILE.png", help="render the baked scene (Cycles, CPU)")
-    bake.set_defaults(usage_error=bake.error)
+    bake.add_argument("--heat-map", action="store_true", help="also write the estimated error as NAME Error")
+    bake.set_defaults(usage_error=bake.error, work=_bake)
     return parser
+
+
+def _add_convergence(commands):
+    converge = commands.add_parser(
+        "convergence",
+        help="error against run time of the loaded file",
+        description="Solves the loaded file's scene to ever tighter targets and writes convergence.html, .json and "
+        ".csv. The file itself never changes.",
+        epilog="Exit code: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C. Progress goes to stderr.",
+    )
+    converge.add_argument("folder", metavar="FOLDER", help="where the page and its data go; made if missing")
+    converge.add_argument("--objects", nargs="+", metavar="NAME", default="ALL", help="compare only these; all light")
+    converge.add_argument("--time-limit", type=_number(1), default=60.0, metavar="S", help="seconds in all, default 60")
+    converge.add_argument(
+        "--tightest", type=_number(1e-5, 0.1), default=0.0025, metavar="E", help="the last target, default 0.0025"
+    )
+    converge.add_argument("--no-published", dest="published", action="store_false", help="without the published method")
+    converge.add_argument("--cycles", action="store_true", help="also bake a copy with Cycles, in a second Blender")
+    converge.set_defaults(work=_converge)
 
 
 def _number(low, high=float("inf")):

@@ -110,7 +110,8 @@ def _ladder(scene, places, keep, stop):
     for target in [t for t in LADDER if t > NEARLY * keep.settings.tightest] + [keep.settings.tightest]:
         needed = seconds_to(history, target)
         if stop() or (needed is not None and needed > LAST_SHARE * keep.left(share)):
-            keep.said.append(f"targets from {100 * target:g} % on are left out: {'stopped' if stop() else 'the time limit'}")
+            why = "stopped" if stop() else "the time limit"
+            keep.said.append(f"targets from {100 * target:g} % on are left out: {why}")
             break
         cpu, wall = time.process_time(), time.perf_counter()
         steps = solve_steps(scene, target, max(keep.left(share), 1e-3))
@@ -201,10 +202,15 @@ def peak_megabytes():
 
 
 def result_of(context, reading, places, keep, reference, plan):
-    """dict: about {extension, blender, numpy, python, machine, cores, file, scene, date}; settings; plan [text]; said
-    [text]; floor: the reference's own stated error, below which differences mean nothing; runs [{method, setting,
-    stated, measured {vertices {l2, p95, worst}, surfaces {...}}, noise, seconds, cpu_seconds, peak_megabytes, nodes,
-    links, visibility_done, visibility_left_out}]; foretold {target: seconds}; worst [{object, vertex, error, light}]."""
+    """dict of JSON's own types.
+
+    about {extension, blender, numpy, python, machine, cores, file, scene, date}; settings; seconds; plan, said and
+    warnings [text]; refused [{name, reason}]; vertices: how many were compared
+    floor: the reference's own stated error, below which differences mean nothing
+    runs [{method, setting, reference: whether it is that, stated, measured {vertices, surfaces {l2, p95, worst}},
+        noise, seconds, cpu_seconds, peak_megabytes, nodes, links, visibility_done, visibility_left_out}]
+    foretold {target: seconds}; objects [{name, label, error}]; worst [{object, at, error, radiance}]
+    """
     solution, (at_vertices, everywhere) = reference
     emission = reading.scene.emission
     own = [emission[places.vertices[0]], emission[places.everywhere[0]]]

@@ -7,7 +7,7 @@ import webbrowser
 from pathlib import Path
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
+from bpy.props import BoolProperty, FloatProperty, StringProperty
 from bpy.types import Operator
 
 from .bake_operator import PDM_OT_bake, Steps
@@ -18,10 +18,13 @@ from .settings import BakeProperties
 NAMES = ("objects", "time_limit", "tightest", "published", "cycles")
 
 
+OBJECTS = BakeProperties.__annotations__["objects"]
+
+
 class ConvergenceProperties:
     """Mixed into whatever holds the settings of a convergence run."""
 
-    objects: BakeProperties.__annotations__["objects"]
+    objects: OBJECTS
     time_limit: FloatProperty(
         name="Time Limit", description="Seconds that the runs may take in all: sizes the ladder of targets",
         default=60.0, min=1.0, soft_max=600.0, step=100,

@@ -1,4 +1,4 @@
-"""A convergence result (see convergence.result_of) as one self-contained HTML page, as CSV and as rows of text. No bpy."""
+"""A convergence result (see convergence.result_of) as one self-contained HTML page, CSV and rows of text. No bpy."""
 
 import csv
 import io
@@ -22,7 +22,8 @@ RAMP = ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37
 
 STYLE = """
 :root{--ink:#1b1d21;--paper:#fff;--soft:#5c6370;--line:#d8dce3;--shade:#8884}
-@media(prefers-color-scheme:dark){:root{--ink:#e6e8ec;--paper:#16181c;--soft:#a0a7b4;--line:#343943;--shade:#8883}}
+@media(prefers-color-scheme:dark){:root{--ink:#e6e8ec;--paper:#16181c;--soft:#a0a7b4;--line:#343943;
+--shade:#8883}}
 @media print{:root{--ink:#000;--paper:#fff;--soft:#333;--line:#bbb;--shade:#8884}section{break-inside:avoid}}
 body{font:16px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--paper);max-width:60rem;margin:0 auto;
 padding:1rem}h1{font-size:1.5rem;margin:.2rem 0}h2{font-size:1.15rem;margin:1.6rem 0 .4rem}p{margin:.4rem 0}
@@ -30,8 +31,10 @@ padding:1rem}h1{font-size:1.5rem;margin:.2rem 0}h2{font-size:1.15rem;margin:1.6r
 font-size:.85rem;font-variant-numeric:tabular-nums}th,td{padding:.25rem .6rem;border-bottom:1px solid var(--line);
 text-align:right;white-space:nowrap}th:first-child,td:first-child,th:nth-child(2),td:nth-child(2){text-align:left}
 svg{width:100%;height:auto;display:block}svg text{fill:var(--ink);font:13px system-ui,sans-serif}
-.grid{stroke:var(--line)}figure{margin:0}.key span{margin-right:1.2em;white-space:nowrap}svg.sign{display:inline;width:1em;height:1em;
-vertical-align:-.1em}@media(max-width:32rem){svg text{font-size:20px}.key span{white-space:normal}}.ramp{height:1rem;border-radius:3px;max-width:24rem}
+.grid{stroke:var(--line)}figure{margin:0}.key span{margin-right:1.2em;white-space:nowrap}
+svg.sign{display:inline;width:1em;height:1em;vertical-align:-.1em}
+@media(max-width:32rem){svg text{font-size:20px}.key span{white-space:normal}}
+.ramp{height:1rem;border-radius:3px;max-width:24rem}
 .ends{display:flex;justify-content:space-between;max-width:24rem}li{margin:.15rem 0}
 """
 
@@ -202,7 +205,8 @@ def _key(result):
     for k, (method, style) in enumerate(STYLES.items()):
         if method in curves(result):
             told = ", measured; dashed: stated; hollow: the reference" if method == "this bake" else ""
-            sign = f'<svg viewBox="0 0 16 16" class="sign" aria-hidden="true">{_marker(style[2], 8, 8, k, method)}</svg>'
+            sign = _marker(style[2], 8, 8, k, method)
+            sign = f'<svg viewBox="0 0 16 16" class="sign" aria-hidden="true">{sign}</svg>'
             parts.append(f"<span>{sign} {escape(method)}{told}</span>")
     return f'<p class="key soft">{" ".join(parts)}</p>'
 

@@ -83,6 +83,4 @@ def _run(folder, count, reading, targets):
 def _of_pairs(corners, pairs):
     """Values (c, 3) at corners -> (pairs, 3), the mean of each one's corners."""
     count = np.maximum(np.bincount(pairs.scatter, minlength=len(pairs.points)), 1)
-    return np.stack(
-        [np.bincount(pairs.scatter, corners[:, c], len(pairs.points)) / count for c in range(3)], axis=1
-    )
+    return np.stack([np.bincount(pairs.scatter, corners[:, c], len(pairs.points)) / count for c in range(3)], axis=1)

@@ -89,7 +89,7 @@ def read_steps(context, objects="ALL", baked=()):
     found = yield from _recognise(raw, reading)
     taken = _accept(found, looks, reading)
     everything = [piece for _, pieces in taken for piece in pieces]
-    reading.scene, indices = yield from in_thread(_scene_of, everything, background)
+    reading.scene, indices = yield from mapped(in_thread(_scene_of, everything, background), lambda _: 1.0)
     for mesh, pieces in taken:
         own, indices = indices[: len(pieces)], indices[len(pieces) :]
         reading.objects.append(_read_object(mesh, own, mesh.object in wanted))

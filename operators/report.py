@@ -8,7 +8,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..pdm_core.foretell import seconds_to
+
 MOST_NAMED = 4  # objects in one warning
+FORETOLD = (0.01, 0.005, 0.0025)  # targets
 MANIFEST = Path(__file__).parents[1] / "blender_manifest.toml"
 
 
@@ -22,6 +25,8 @@ def bake_report(context, settings, reading, solution, between, items, points, se
     warnings [text]
     vertices: how many the baked meshes have; colours: how many values were written to points or corners
     error: estimated relative error of the radiance; error_parts {name: part}; history [[seconds, error]]
+    foretold {target: seconds}: what solving to it may take, from the history
+    heat_map {attribute, top}, or None: the estimated error as colours, and what the last one of the ramp stands for
     between_vertices: the same of colours interpolated between the vertices, measured at points within the faces
     seconds {read, solve, evaluate, check, write, total}; plan [text]; counts {name: number}
     """
@@ -44,6 +49,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
         "between_vertices": between.error,
         "error_parts": dict(solution.error_parts),
         "history": [list(entry) for entry in solution.history],
+        "foretold": {f"{target:g}": seconds_to(solution.history, target) for target in FORETOLD},
         "seconds": {**seconds, "total": sum(seconds.values())},
         "plan": list(solution.plan.lines),
         "counts": dict(solution.counts),

@@ -2,7 +2,7 @@
 
 import json
 
-from bpy.props import EnumProperty, FloatProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 from bpy.types import PropertyGroup
 
 
@@ -90,6 +90,14 @@ class BakeProperties:
         soft_min=-10.0,
         soft_max=10.0,
         step=10,
+    )
+    heat_map: BoolProperty(
+        name="Error Map",
+        description=(
+            "Also write a second attribute, its name followed by Error: each vertex's estimated error as a colour, "
+            "from violet, none, to yellow, the largest"
+        ),
+        default=False,
     )
 
 

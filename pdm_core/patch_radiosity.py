@@ -1,5 +1,5 @@
-"""The published method as a whole: radiosity of uniform patches whose form factors are those of pdm_form_factor, read off
-bilinearly. It is here to be compared with: the exact gather of `solve` is what is baked.
+"""The published method as a whole: radiosity of uniform patches whose form factors are those of pdm_form_factor, read
+off bilinearly. It is here to be compared with: the exact gather of `solve` is what is baked.
 """
 
 import time
@@ -54,8 +54,8 @@ def _between(at, count, wraps):
 
 
 def patch_radiosity(scene, divisions=3, points=5):
-    """PatchSolution with divisions x divisions patches a plane, divisions x 2 divisions a sphere, at `points` Gauss points
-    a direction in each patch. The error is large where surfaces share an edge: see form_factors."""
+    """PatchSolution with divisions x divisions patches a plane, divisions x 2 divisions a sphere, at `points` Gauss
+    points a direction in each patch. The error is large where surfaces share an edge: see form_factors."""
     return finish(patch_radiosity_steps(scene, divisions, points))
 
 

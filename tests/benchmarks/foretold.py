@@ -37,7 +37,8 @@ def main(output="build/bench/foretold.json", rooms="100"):
     for seed in range(int(rooms)):
         rows.append(run(seed))
         told = "  ".join(
-            f"{t['target']:.2%}: {t['foretold']:5.1f} s foretold, {t['needed']:5.1f} needed" for t in rows[-1]["targets"]
+            f"{t['target']:.2%}: {t['foretold']:5.1f} s foretold, {t['needed']:5.1f} needed"
+            for t in rows[-1]["targets"]
         )
         print(f"{seed:3}  {told}", flush=True)
     summary = {}

@@ -58,6 +58,7 @@ def test_objects_and_options(main, saved):
         "domain": "CORNER",
         "data_type": "BYTE_COLOR",
         "exposure": -2.0,
+        "heat_map": False,
     }
 
 

@@ -1,0 +1,49 @@
+"""Each vertex's estimated error as a colour."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .colour_attribute import Colours
+from .convergence_page import RAMP
+
+SUFFIX = " Error"
+
+
+@dataclass
+class ErrorMap:
+    """items: [Colours]; top: the error that the last colour of the ramp stands for, relative to the mean light."""
+
+    items: list
+    top: float
+
+
+def error_name(attribute):
+    return attribute + SUFFIX
+
+
+def names_written(attribute, heat_map=True):
+    """The attributes that a bake may write."""
+    return (attribute, error_name(attribute)) if heat_map else (attribute,)
+
+
+def heat_map(solution, targets, points):
+    """The ErrorMap of a Solution at the BakePoints of each target."""
+    size = solution.norm / max(np.sqrt(solution.scene.areas.sum()), 1e-300)
+    errors = []
+    for p in points:
+        parts = [solution.estimated_error(k, p.points[start:stop]) for k, start, stop in p.runs]
+        errors.append(np.concatenate(parts) / max(size, 1e-300))
+    top = max(float(error.max(initial=0.0)) for error in errors)
+    items = [
+        Colours(target.name, p.domain, p.colours(ramp_colours(error / max(top, 1e-300))))
+        for target, p, error in zip(targets, points, errors, strict=True)
+    ]
+    return ErrorMap(items, top)
+
+
+def ramp_colours(share):
+    """share (n,) of 0 to 1 -> (n, 3) linear colours of the ramp, which is given in sRGB bytes"""
+    place = np.clip(share, 0.0, 1.0) * (len(RAMP) - 1)
+    srgb = np.stack([np.interp(place, range(len(RAMP)), stop) for stop in np.array(RAMP).T / 255], axis=1)
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)

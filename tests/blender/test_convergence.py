@@ -1,0 +1,142 @@
+"""Error against run time: what comes out, that the scene stays as it is, the command line, the error map."""
+
+import csv
+import io
+import json
+import math
+
+import bpy
+import numpy as np
+import pytest
+import scenes
+
+
+def state_of_scene():
+    """What a run may not change: attributes, materials, selection, objects, the report."""
+    return (
+        sorted(bpy.data.objects.keys()),
+        {m.name: [(a.name, a.data_type, a.domain) for a in m.attributes] for m in bpy.data.meshes},
+        sorted(bpy.data.materials.keys()),
+        [o.name for o in bpy.context.selected_objects],
+        bpy.context.scene.render.engine,
+        bpy.context.scene.pdm_radiosity.last_report,
+    )
+
+
+@pytest.fixture
+def result(tmp_path):
+    scenes.lit_ball()
+    before = state_of_scene()
+    assert bpy.ops.pdm.convergence(time_limit=20, tightest=0.005, folder=str(tmp_path)) == {"FINISHED"}
+    assert state_of_scene() == before
+    return json.loads((tmp_path / "convergence.json").read_text(encoding="utf-8"))
+
+
+def test_every_run_is_measured_against_the_tightest(result):
+    mine = [run for run in result["runs"] if run["method"] == "this bake"]
+    theirs = [run for run in result["runs"] if run["method"] == "published method"]
+    assert [run["reference"] for run in mine] == [False] * (len(mine) - 1) + [True]
+    assert result["floor"] == mine[-1]["stated"] <= 0.005
+    for run in mine[:-1]:
+        measured = run["measured"]
+        assert measured["surfaces"]["l2"] <= run["stated"] + result["floor"]
+        assert measured["vertices"]["l2"] <= measured["vertices"]["worst"]
+        assert measured["vertices"]["p95"] <= measured["vertices"]["worst"]
+    assert mine[0]["measured"]["surfaces"]["l2"] > mine[-2]["measured"]["surfaces"]["l2"]
+    assert len(theirs) >= 3 and theirs[-1]["measured"]["surfaces"]["l2"] < theirs[0]["measured"]["surfaces"]["l2"]
+    for run in result["runs"]:
+        assert run["seconds"] > 0 and run["nodes"] > 0
+    assert {o["name"] for o in result["objects"]} == {"Floor", "Ball", "Lamp"}
+
+
+def test_page_csv_and_sidebar_tell_the_same(result, tmp_path, addon):
+    html = (tmp_path / "convergence.html").read_text(encoding="utf-8")
+    assert "http" not in html and "<script" not in html  # readable without network
+    for run in result["runs"]:
+        assert f"<td>{run['setting']}</td>" in html
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "convergence.csv").read_text(encoding="utf-8"))))
+    assert [float(row["seconds"]) for row in rows] == [run["seconds"] for run in result["runs"]]
+    kept = bpy.context.scene.pdm_radiosity.convergence()
+    assert [row[1] for row in kept["rows"]] == [run["setting"] for run in result["runs"]]
+    assert bpy.ops.pdm.convergence_page.poll()
+
+
+def test_a_file_name_cannot_inject_markup(result, addon):
+    page = addon("operators.convergence_page")
+    result["about"]["file"] = "<b>&.blend"
+    assert "<b>&.blend" not in page.page(result) and "&lt;b&gt;&amp;.blend" in page.page(result)
+
+
+def test_slopes_are_those_of_powers(addon):
+    page = addon("operators.convergence_page")
+    seconds = [0.1, 1.0, 7.0]
+    assert math.isclose(page.slope(seconds, [s**-1.5 for s in seconds]), -1.5)
+    assert page.slope([1.0], [0.1]) is None
+
+
+def test_the_time_limit_sizes_the_ladder(addon):
+    scenes.lit_ball()
+    module = addon("operators.convergence")
+    settings = module.ConvergenceSettings(time_limit=1.0, tightest=1e-5, published=False)
+    result = addon("pdm_core.signs_of_life").finish(module.convergence_steps(bpy.context, settings))
+    assert result["runs"] and "the time limit" in result["said"][0]
+
+
+def test_what_is_done_is_kept_when_stopped(addon):
+    scenes.lit_ball()
+    module, stages = addon("operators.convergence"), []
+    steps = module.convergence_steps(bpy.context, module.ConvergenceSettings(), lambda: len(stages) > 0)
+    result = addon("pdm_core.signs_of_life").finish(
+        steps, lambda stage: stages.append(1) if "Solving to 8" in stage.text else None
+    )
+    assert [run["setting"] for run in result["runs"]] == ["target 16 %", "target 8 %"]
+
+
+def test_command_line(addon, tmp_path, capfd):
+    scenes.lit_ball()
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    before = path.read_bytes()
+    main = addon("operators.command_line").main
+    words = ["convergence", str(tmp_path / "out"), "--time-limit", "10", "--tightest", "0.02", "--no-published"]
+    assert main(words) == 0
+    printed = capfd.readouterr().out
+    assert "target 2 %" in printed and "published" not in printed
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {f"convergence.{k}" for k in ("html", "json", "csv")}
+    assert path.read_bytes() == before
+
+
+def test_cycles_agrees_but_for_its_noise_and_facets(addon):
+    scenes.lit_ball()
+    module = addon("operators.convergence")
+    settings = module.ConvergenceSettings(time_limit=30.0, tightest=0.01, published=False, cycles=True)
+    result = addon("pdm_core.signs_of_life").finish(module.convergence_steps(bpy.context, settings))
+    theirs = [run for run in result["runs"] if run["method"] == "Cycles"]
+    assert len(theirs) >= 3, result["said"]
+    noise = [run["noise"] for run in theirs]
+    assert noise == sorted(noise, reverse=True)
+    assert theirs[-1]["measured"]["vertices"]["l2"] < 0.2
+    assert "PDM Cycles" not in bpy.data.objects["Floor"].data.attributes
+
+
+def test_error_map_is_a_second_attribute(addon):
+    floor, ball = scenes.lit_ball()[:2]
+    assert bpy.ops.pdm.bake(target_error=0.05, heat_map=True) == {"FINISHED"}
+    report = json.loads(bpy.context.scene.pdm_radiosity.last_report)
+    assert report["heat_map"]["attribute"] == "Radiosity Error" and report["heat_map"]["top"] > 0
+    colours = floor.data.color_attributes
+    assert colours.active_color_name == "Radiosity"
+    values = np.empty(4 * len(colours["Radiosity Error"].data), np.float32)
+    colours["Radiosity Error"].data.foreach_get("color", values)
+    ramp = addon("operators.error_map").ramp_colours
+    low, high = ramp(np.array([0.0, 1.0]))
+    assert low[2] > low[1] and high[1] > high[2]  # violet, yellow
+    assert np.ptp(values.reshape(-1, 4)[:, 1]) > 0 and np.allclose(values.reshape(-1, 4)[:, 3], 1)
+
+
+def test_a_bake_foretells_what_tighter_targets_take():
+    scenes.lit_ball()
+    assert bpy.ops.pdm.bake(target_error=0.01) == {"FINISHED"}
+    report = json.loads(bpy.context.scene.pdm_radiosity.last_report)
+    told = [report["foretold"][key] for key in ("0.01", "0.005", "0.0025")]
+    assert 0 < told[0] <= told[1] <= told[2]
