@@ -12,7 +12,7 @@ from bpy.types import Operator
 
 from .bake_operator import PDM_OT_bake, Steps
 from .convergence import ConvergenceSettings, convergence_steps
-from .convergence_page import csv_text, page, text_rows
+from .convergence_page import csv_text, curves, page, text_rows
 from .settings import BakeProperties
 
 NAMES = ("objects", "time_limit", "tightest", "published", "cycles")
@@ -68,7 +68,8 @@ class PDM_OT_convergence(ConvergenceProperties, Steps, Operator):
     def done(self, context, result):
         paths = write(result, bpy.path.abspath(self.folder) if self.folder else tempfile.mkdtemp(prefix="pdm-"))
         context.scene.pdm_radiosity.last_convergence = json.dumps({
-            "rows": text_rows(result), "page": str(paths["html"]), "said": result["said"],
+            "rows": text_rows(result), "page": str(paths["html"]), "said": result["said"], "floor": result["floor"],
+            "curves": [[row[:2] for row in rows] for rows in curves(result).values()],
         })  # fmt: skip
         self.report({"INFO"}, f"{len(result['runs'])} runs in {result['seconds']:.0f} s: {paths['html']}")
         return {"FINISHED"}

@@ -132,7 +132,7 @@ class PDM_PG_scene(BakeProperties, PropertyGroup):
         return json.loads(self.last_report) if self.last_report else None
 
     def convergence(self):
-        """The last run of Error Against Time as a dict with `rows`, `page` and `said`, or None."""
+        """The last run of Error Against Time as a dict with `rows`, `curves`, `floor`, `page`, `said`, or None."""
         return json.loads(self.last_convergence) if self.last_convergence else None
 
     def scan(self):

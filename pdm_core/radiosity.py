@@ -478,11 +478,15 @@ class _State:
         flow = Flow(f, self.sent, self.rows, self.placed, rho)
         received = rho * (yield from flow.received(error, leaf_errors(self.sent, rho[:, None] * self.lit)))
         self.flow, self.flow_received = flow, received
-        self.node_error = np.hypot(self.spread(flow.spread_out)[:, 0], received)
+        at_nodes = received
         self.told, self.own_promised = np.sqrt(found[1]), promised
         received = np.hypot(norms(self.sent, received), STIFF_OWN * self.own_amplified)
         own, self.own_here, self.own_passed = own_errors(self.shared, found, promised, received)
         self.own_errors = SAFETY * np.where(own > 0, np.hypot(own, self.error_parts["solver"]), 0.0)
+        # where surpluses are, as large as what points found on the surface
+        local = self.spread(flow.spread_out)[:, 0]
+        found = self.own_here * self.shared.norm / np.maximum(norms(self.sent, local), 1e-300)
+        self.node_error = np.hypot(found[self.sent.node_surface] * local, at_nodes)
 
     def misses(self):
         """The target that would be met, by the whole scene's light and each surface's own."""

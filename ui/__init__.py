@@ -2,12 +2,14 @@
 
 import bpy
 
-from .panels import PDM_PT_bake, PDM_PT_objects, PDM_PT_report
+from . import previews
+from .panels import PDM_PT_bake, PDM_PT_convergence, PDM_PT_objects, PDM_PT_report
 
-CLASSES = (PDM_PT_bake, PDM_PT_objects, PDM_PT_report)
+CLASSES = (PDM_PT_bake, PDM_PT_objects, PDM_PT_report, PDM_PT_convergence)
 
 
 def register():
+    previews.register()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
 
@@ -15,3 +17,4 @@ def register():
 def unregister():
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
+    previews.unregister()
