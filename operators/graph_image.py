@@ -2,7 +2,7 @@
 
 import numpy as np
 
-SIZE = 96, 192  # rows, columns of pixels
+SIZE = 160, 160  # rows, columns of pixels
 PAPER, GRID = (0.10, 0.11, 0.12, 1.0), (0.25, 0.27, 0.30, 1.0)
 INKS = ((0.42, 0.71, 1.0, 1.0), (1.0, 0.64, 0.36, 1.0), (0.64, 0.85, 0.46, 1.0))
 DOTS = 1, 2, 1  # half sizes of the curves' points, pixels: told apart without colour too

@@ -1,6 +1,6 @@
 """What the Makefile calls: finds Pythons, makes virtual environments in build/, builds the zip, runs tests and demo.
 
-    python tests/run.py test | zip | demo | bench | stability | lint
+    python tests/run.py test | zip | demo | bench | report | stability | lint
 
 Runs on any Python 3.8 or newer. A Python that is missing is said loudly and its tests count as skipped; with CI=true
 in the environment they count as failed.
@@ -30,7 +30,15 @@ SUITE_SECONDS = 1800  # a Blender that hangs at exit must not hang the run
 
 def main(words):
     command = words[0] if len(words) == 1 else None
-    commands = {"test": test, "zip": make_zip, "demo": demo, "bench": bench, "stability": stability, "lint": lint}
+    commands = {
+        "test": test,
+        "zip": make_zip,
+        "demo": demo,
+        "bench": bench,
+        "stability": stability,
+        "lint": lint,
+        "report": report,
+    }
     if command not in commands:
         print(__doc__)
         return 2
@@ -98,6 +106,14 @@ def bench():
         words = [interpreter, f"tests/benchmarks/{script}", *(f"docs/benchmarks/{name}" for name in outputs)]
         code = subprocess.run(words, cwd=ROOT, env=environment).returncode or code
     return code
+
+
+def report():
+    """Error against run time of the report's scenes, by the installed zip: docs/results, some 8 minutes."""
+    python = venv("blender-5.2", *BLENDER["blender-5.2"])
+    with fresh_blender(build_zip()) as environment:
+        words = [python, "tests/benchmarks/results.py", "docs/results"]
+        return subprocess.run(words, cwd=ROOT, env={**environment, "OPENBLAS_NUM_THREADS": "1"}).returncode
 
 
 def lint():
