@@ -87,7 +87,7 @@ def stability():
 
 
 def bench():
-    """Every benchmark, on one thread so that CPU seconds compare; some 30 minutes. Output in docs/benchmarks."""
+    """Every benchmark, on one thread so that CPU seconds compare; about an hour. Output in docs/benchmarks."""
     python = venv("bench", "3.13", ["numpy", "matplotlib"])
     blender = venv("blender-5.2", *BLENDER["blender-5.2"])
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -99,6 +99,9 @@ def bench():
         [python, "truth.py", "truth.json"],
         [python, "placements.py", "placements.json"],
         [python, "each_object.py", "each_object.json"],
+        [python, "paper.py", "paper.json", "../paper.md"],
+        [python, "foretold.py", "foretold.json"],
+        [python, "tables.py"],
     ]
     code = 0
     for interpreter, script, *outputs in runs:

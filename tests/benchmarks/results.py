@@ -83,9 +83,9 @@ def table(results):
         f"Made by `make report`: Blender {about['blender']}, numpy {about['numpy']}, {about['cores']} cores, "
         f"{about['date']}. Each page has the plot, all figures and where the error sits.",
         "",
-        "Errors are relative L2 errors of the reflected light against the tightest run of *this bake*, whose own stated "
-        "error is the floor: below it differences mean nothing. This bake and the published method are measured over "
-        "all surfaces, Cycles at the baked vertices; its noise and what is left, the bias of the facets, apart.",
+        "Errors are relative L2 errors of the reflected light against the tightest run of *this bake*, whose own "
+        "stated error is the floor: below it differences mean nothing. This bake and the published method are measured "
+        "over all surfaces, Cycles at the baked vertices; its noise and what is left, the facets' bias, apart.",
     ]
     for name, result in results.items():
         lines += ["", f"## [{SCENES[name][0]}]({name}.html)", "", f"Floor {result['floor']:.2%}.", ""]
