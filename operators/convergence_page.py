@@ -176,10 +176,10 @@ def _grid(axes):
 def _floor(axes, floor):
     x, y = axes.at(10.0 ** axes.x[0], floor)
     height = HEIGHT - BOTTOM - y
+    text = "shaded: below the stated error of the tightest run, where differences tell nothing"
     return (
         f'<rect x="{x}" y="{y:.1f}" width="{WIDTH - LEFT - RIGHT}" height="{height:.1f}" fill="var(--shade)"/>'
-        f'<text x="{WIDTH - RIGHT - 6}" y="{y + 15:.1f}" text-anchor="end">below the stated error of the tightest run: '
-        "no difference tells more</text>"
+        f'<text x="{WIDTH - RIGHT - 6}" y="{y - 6:.1f}" text-anchor="end">{text}</text>'
     )
 
 

@@ -1,6 +1,6 @@
 """Is the stated error true? Random rooms at a target of 1 % against runs at a quarter of it: JSON and a table.
 
-    python tests/benchmarks/truth.py [OUTPUT.json [ROOMS]]
+    python tests/benchmarks/truth.py [OUTPUT.json [ROOMS [PROCESSES]]]
 
 Rooms have coloured walls, a lamp (a sphere, or a square below the ceiling), up to two screens that stand free and up
 to 12 spheres, many on the floor; reflectances reach .95. Errors are relative L2 errors of L - Le over all surfaces.
@@ -8,6 +8,7 @@ to 12 spheres, many on the floor; reflectances reach .95. Errors are relative L2
 
 import sys
 import time
+from multiprocessing import Pool
 
 import numpy as np
 from output import machine, save
@@ -89,11 +90,12 @@ def run(seed):
     }
 
 
-def main(output="build/bench/truth.json", rooms="100"):
+def main(output="build/bench/truth.json", rooms="100", processes="1"):
     rows = []
-    for seed in range(int(rooms)):
-        row = run(seed)
+    pool = Pool(int(processes))
+    for row in pool.imap(run, range(int(rooms))):
         rows.append(row)
+        seed = row["seed"]
         print(
             f"{seed:3}  {row['surfaces']:2} surfaces  stated {row['stated']:6.2%}  measured {row['measured']:6.2%}"
             f"  solve {row['solve_cpu_seconds']:5.2f} s CPU{'' if row['measured'] <= row['stated'] else '  BROKEN'}",
