@@ -12,6 +12,7 @@ import numpy as np
 from ..pdm_core import SceneError, solve_steps
 from ..pdm_core.compare import difference, points_over, radiance_at
 from ..pdm_core.foretell import seconds_to
+from ..pdm_core.left_out import left_out, seconds_steps
 from ..pdm_core.patch_radiosity import MOST_PATCHES, patch_radiosity_steps
 from ..pdm_core.signs_of_life import mapped
 from .bake import Stage, baked_before, check_light, find_targets
@@ -25,9 +26,12 @@ LADDER = (0.16, 0.08, 0.04, 0.02, 0.01, 0.005, 0.0025, 0.00125)
 PATCHES = ((1, 3), (2, 3), (3, 5), (6, 5), (12, 5))  # divisions and points of the published method
 OWN_SHARE = 0.6  # of the time limit that the ladder may use where others are to be compared with
 LAST_SHARE = 0.75  # of what is left that a run may be foretold to take
+SAVED_AT = 0.02  # target at which what is left out is done all the same, once, and timed
 MOST_VERTICES = 20_000  # of a scene that are compared, at random
 NEARLY = 1.01  # a property in single precision is the same target
 WORST = 10  # vertices listed
+MOST_DOTS = 4000  # of the picture of where the error sits
+VIEW_FROM = np.array([0.5, -0.75, 0.6])  # the direction of its view from the scene
 EXACT, PUBLISHED, CYCLES = "this bake", "published method", "Cycles"
 
 
@@ -82,11 +86,12 @@ def convergence_steps(context, settings, stop=lambda: False):
         reference, plan = (solution, values), solution.plan
     if reference is None:
         raise BakeError("Nothing was reached; raise the time limit")
+    saved = yield from _saved(reading.scene, plan, keep, stop)
     if settings.published and not stop():
         yield from _published(reading.scene, places, keep, stop)
     if settings.cycles and not stop():
         yield from _cycles(context, reading, targets, places, keep)
-    return result_of(context, reading, places, keep, reference, plan)
+    return {**result_of(context, reading, places, keep, reference, plan), "saved": saved}
 
 
 def _places(reading, targets):
@@ -136,6 +141,23 @@ def _ladder(scene, places, keep, stop):
         })  # fmt: skip
         last, history = [(solution, evaluated)], solution.history
     return last
+
+
+def _saved(scene, plan, keep, stop):
+    """[{what, seconds, without}]: what the scene does not need, done all the same at a middling target; yields."""
+    saved, items = [], left_out(plan)
+    if not items or stop():
+        return saved
+    taken = {run["setting"]: run["seconds"] for run in keep.runs}
+    if len(items) * 2 * taken.get(f"target {100 * SAVED_AT:g} %", np.inf) > LAST_SHARE * keep.left():
+        return saved
+    tell = "Timing what is left out"
+    without = yield from mapped(seconds_steps(scene, SAVED_AT), lambda _: Stage(tell, 0.0, np.inf))
+    for what in items:
+        steps = seconds_steps(scene, SAVED_AT, what)
+        seconds, _ = yield from mapped(steps, lambda _: Stage(tell, 0.0, np.inf))
+        saved.append({"what": what, "seconds": seconds, "without": without[0], "target": SAVED_AT})
+    return saved
 
 
 def _values(solution, places):
@@ -209,7 +231,8 @@ def result_of(context, reading, places, keep, reference, plan):
     floor: the reference's own stated error, below which differences mean nothing
     runs [{method, setting, reference: whether it is that, stated, measured {vertices, surfaces {l2, p95, worst}},
         noise, seconds, cpu_seconds, peak_megabytes, nodes, links, visibility_done, visibility_left_out}]
-    foretold {target: seconds}; objects [{name, label, error}]; worst [{object, at, error, radiance}]
+    saved [{what, seconds, without, target}]: what the scene does not need, done all the same
+    foretold {target: seconds}; objects [{name, label, error}]; worst, map: see _where
     """
     solution, (at_vertices, everywhere) = reference
     emission = reading.scene.emission
@@ -233,12 +256,13 @@ def result_of(context, reading, places, keep, reference, plan):
         "objects": [
             {"name": o.name, "label": o.label, "error": solution.error_over(o.surfaces)} for o in reading.objects
         ],
-        "worst": _worst(solution, places, at_vertices, own[0]),
+        **_where(solution, places, at_vertices, own[0]),
     })  # fmt: skip
 
 
-def _worst(solution, places, light, own):
-    """The vertices of the largest estimated errors, of each object the worst alone, worst first."""
+def _where(solution, places, light, own):
+    """worst: the vertices of the largest estimated errors, of each object the worst alone, worst first; map: [across,
+    up, error] of vertices whose sides face VIEW_FROM, as seen from there, farthest first, in sizes of the picture."""
     surface, points = places.vertices
     error = np.empty(len(points))
     for s in np.unique(surface):
@@ -246,7 +270,7 @@ def _worst(solution, places, light, own):
     size = max(float(np.sqrt(((light - own) ** 2).sum(axis=1).mean())), 1e-300)
     order = np.argsort(-error)
     first = order[np.sort(np.unique(places.names[order], return_index=True)[1])][:WORST]
-    return [
+    worst = [
         {
             "object": places.names[k],
             "at": points[k].round(4).tolist(),
@@ -255,6 +279,23 @@ def _worst(solution, places, light, own):
         }
         for k in first
     ]
+    return {"worst": worst, "map": _picture(solution.scene, surface, points, error / size)}
+
+
+def _picture(scene, surface, points, error):
+    view = VIEW_FROM / np.linalg.norm(VIEW_FROM)
+    across = np.cross([0.0, 0.0, 1.0], view)
+    across /= np.linalg.norm(across)
+    frame = np.stack([across, np.cross(view, across), view])
+    facing = np.concatenate([scene.surfaces[s].normals(points[surface == s]) @ view > 0 for s in np.unique(surface)])
+    order = np.concatenate([np.flatnonzero(surface == s) for s in np.unique(surface)])[facing]
+    order = np.sort(np.random.default_rng(0).permutation(order)[:MOST_DOTS])
+    place = points[order] @ frame.T
+    order, place = order[np.argsort(place[:, 2])], place[np.argsort(place[:, 2])]
+    if not len(place):
+        return []
+    low, span = place.min(axis=0)[:2], max(np.ptp(place, axis=0)[:2].max(), 1e-300)
+    return np.column_stack([(place[:, :2] - low) / span, error[order]]).round(5).tolist()
 
 
 def about(context):

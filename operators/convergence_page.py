@@ -34,6 +34,7 @@ svg{width:100%;height:auto;display:block}svg text{fill:var(--ink);font:13px syst
 .grid{stroke:var(--line)}figure{margin:0}.key span{margin-right:1.2em;white-space:nowrap}
 svg.sign{display:inline;width:1em;height:1em;vertical-align:-.1em}
 @media(max-width:32rem){svg text{font-size:20px}.key span{white-space:normal}}
+svg.map{max-width:34rem;background:#222;border-radius:4px;margin:.4rem 0}
 .ramp{height:1rem;border-radius:3px;max-width:24rem}
 .ends{display:flex;justify-content:space-between;max-width:24rem}li{margin:.15rem 0}
 """
@@ -288,7 +289,8 @@ def _text(key, value):
 
 def _saved(result):
     return [
-        f"{item['what']}, switched back on: {item['seconds']:.2f} s instead of {item['without']:.2f} s"
+        f"{item['what']}, done all the same to {percent(item['target'])}: {item['seconds']:.2f} s instead of "
+        f"{item['without']:.2f} s"
         for item in result.get("saved", [])
     ]
 
@@ -304,18 +306,26 @@ def _where(result):
         f" {percent(item['error'])}</td></tr>"
         for item in result["worst"]
     )
-    picture = result.get("picture")
-    shown_picture = (
-        f'<img alt="The scene, estimated error as colours from violet, none, to yellow" src="{picture}" '
-        'style="max-width:100%">' if picture else ""
-    )  # fmt: skip
     return (
-        f'{shown_picture}<div class="ramp" style="background:linear-gradient(90deg,{stops})"></div>'
+        f'{_map(result["map"], top)}<div class="ramp" style="background:linear-gradient(90deg,{stops})"></div>'
         f'<div class="ends soft"><span>0 %</span><span>{percent(top)} of the mean light</span></div>'
         '<div class="wide"><table><thead><tr><th scope="col">Object</th><th scope="col">Worst vertex, m</th>'
         f'<th scope="col">Estimated error</th></tr></thead><tbody>{rows}</tbody></table></div>'
         '<p class="soft">Estimated, of the tightest run: where the field is coarse and what it passes on.</p>'
     )
+
+
+def _map(dots, top):
+    """The baked vertices that face the eye as dots, coloured by their estimated errors; SVG, in hundredths."""
+    if not dots:
+        return ""
+    high = max(up for _, up, _ in dots)
+    body = "".join(
+        f'<circle cx="{100 * across:.1f}" cy="{100 * (high - up):.1f}" r=".55" fill="{colour(error / top)}"/>'
+        for across, up, error in dots
+    )
+    label = "The vertices that face the eye, coloured by estimated error; the table below names the worst"
+    return f'<svg class="map" viewBox="-1 -1 102 {100 * high + 2:.0f}" role="img" aria-label="{label}">{body}</svg>'
 
 
 def colour(share):

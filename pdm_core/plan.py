@@ -66,12 +66,14 @@ def plan(scene, target_error=1e-2, shafts=None):
     say(f"pairs of surfaces left out because they face away from each other: {apart} of {pairs}")
     say(f"pairs of surfaces without visibility work because nothing can hide them: {free} of {pairs}")
     senders = np.flatnonzero(reached & (scene.reflectance > 0).any(axis=1))
-    if free < pairs - apart and shafts.sum_tells(senders) and shafts.closed():
+    by_sum = bool(free < pairs - apart and shafts.sum_tells(senders) and shafts.closed())
+    if by_sum:
         say("one hidden factor of each point comes from the sum of all, which is 1: walls enclose the scene")
     say(f"nodes: {nodes} at first; memory for the light between them: at most {MEMORY / 1e6:.0f} MB")
     result.counts = {
         "surfaces": len(scene), "lights": lights, "black": black, "dark": int((~reached).sum()),
         "channels": channels, "nodes": nodes, "pairs": pairs, "apart": apart, "free pairs": free,
+        "sum tells": by_sum,
     }  # fmt: skip
     return result
 

@@ -336,7 +336,7 @@ class _State:
     def solve(self, tolerance):
         """I = A rho (D + I) + A added, from the guess at hand; for one of each set of proportional channels; yields."""
         own = self.sent.node_surface
-        which, channels = proportional_channels(self.scene)
+        which, channels = self.channels()
         rho = self.scene.reflectance[own][:, which]
 
         def scatter(value):
@@ -349,6 +349,10 @@ class _State:
         self.indirect = value @ channels
         self.counts["iterations"] += steps
         self.measure()
+
+    def channels(self):
+        """Channels to solve for, and what makes all three of them."""
+        return proportional_channels(self.scene)
 
     def by_source(self, value):
         """Nodal radiosity -> what each node receives from each reflector (n, s, 3), and the form factors (n, s)."""
