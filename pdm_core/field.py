@@ -22,7 +22,8 @@ SPAN = CHARTS * (GRID + 1)
 ROOT = 0.4  # a root's surplus over the bilinear interpolant counts this much
 ACROSS = 1.0  # a cell's size, of the distance at which the gap around it has opened by its curvature
 FACING = 0.7  # least cosine between planes that have a gap between them rather than a corner
-FLAT = 0.2  # of the least size at contacts of spheres, which are points: gaps between planes are as large as they
+CLOSE = 0.4  # a gap, of a cell's size, that is as good as a contact
+FLAT = 0.133  # of the least size at contacts of spheres, which are points: gaps between planes are as large as they
 # cells in a gap between planes: no larger than so many gaps or that part of the other plane's radius, or, in charts
 # that end where the gap does, so that nodes crowd there anyway, that one
 GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
@@ -390,15 +391,15 @@ def _solid(x, y):
     return np.arctan2(x * y, np.sqrt(1 + x * x + y * y))
 
 
-def crowded(field, smallest, wanted):
-    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and what is smallest
-    of the two shapes (n shapes,) m, or FLAT of it in gaps between planes: those are as large as the planes, contacts of
-    spheres are points.
+def crowded(field, smallest, touching, wanted):
+    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and what is smallest,
+    m, or, of the two shapes (n shapes,), where they all but touch; FLAT of it in gaps between planes: those are as large
+    as the planes, contacts of spheres are points.
 
     wanted (n surfaces,): whether a surface is to be resolved at all.
     """
     leaves = field.leaves[wanted[field.surface[field.leaves]]]
-    leaves = leaves[np.sqrt(field.sizes()[leaves]) > FLAT * smallest.min()]
+    leaves = leaves[np.sqrt(field.sizes()[leaves]) > FLAT * touching.min()]
     if not len(leaves):
         return leaves
     points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
@@ -409,13 +410,15 @@ def crowded(field, smallest, wanted):
         near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * size))
         if not len(near):
             continue
-        least = np.minimum(smallest[k], smallest[own[near]])
         if isinstance(shape, Sphere):
             reach2 = np.einsum("ni,ni->n", shape.local(points[near]), shape.local(points[near]))
+            gap = shape.semi_axes[2] * (np.sqrt(reach2) - 1)
+            least = np.where(gap < CLOSE * size[near], np.minimum(touching[k], touching[own[near]]), smallest)
             scale = shape.semi_axes[2] * np.sqrt(np.maximum(reach2 - 1, 0.0))  # tangent from the point: sqrt(d^2 - r^2)
             scale = np.maximum(scale, least)
         else:
             gap = np.linalg.norm(points[near] - shape.project(points[near]), axis=1)
+            least = np.where(gap < CLOSE * size[near], np.minimum(touching[k], touching[own[near]]), smallest)
             round_ = field.is_sphere[field.surface[leaves[near]]]
             curved = np.array([s.bounds[1] for s in field.scene.shapes])[own[near]]
             flat = _flat_gap(field, leaves[near], points[near], size[near], shape)
