@@ -23,7 +23,6 @@ ROOT = 0.4  # a root's surplus over the bilinear interpolant counts this much
 ACROSS = 1.0  # a cell's size, of the distance at which the gap around it has opened by its curvature
 FACING = 0.7  # least cosine between planes that have a gap between them rather than a corner
 CLOSE = 0.4  # a gap, of a cell's size, that is as good as a contact
-FLAT = 0.133  # of the least size at contacts of spheres, which are points: gaps between planes are as large as they
 # cells in a gap between planes: no larger than so many gaps or that part of the other plane's radius, or, in charts
 # that end where the gap does, so that nodes crowd there anyway, that one
 GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
@@ -391,15 +390,15 @@ def _solid(x, y):
     return np.arctan2(x * y, np.sqrt(1 + x * x + y * y))
 
 
-def crowded(field, smallest, touching, wanted):
-    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and what is smallest,
-    m, or, of the two shapes (n shapes,), where they all but touch; FLAT of it in gaps between planes: those are as large
-    as the planes, contacts of spheres are points.
+def crowded(field, smallest, touching, flat, wanted):
+    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and what is
+    smallest, m, or, of the two shapes (n shapes,), where they all but touch; `flat` of it in gaps between planes:
+    those are as large as the planes, contacts of spheres are points.
 
     wanted (n surfaces,): whether a surface is to be resolved at all.
     """
     leaves = field.leaves[wanted[field.surface[field.leaves]]]
-    leaves = leaves[np.sqrt(field.sizes()[leaves]) > FLAT * touching.min()]
+    leaves = leaves[np.sqrt(field.sizes()[leaves]) > min(flat, 1.0) * touching.min()]
     if not len(leaves):
         return leaves
     points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
@@ -418,12 +417,12 @@ def crowded(field, smallest, touching, wanted):
             scale = np.maximum(scale, least)
         else:
             gap = np.linalg.norm(points[near] - shape.project(points[near]), axis=1)
-            least = np.where(gap < CLOSE * size[near], np.minimum(touching[k], touching[own[near]]), smallest)
+            least = np.minimum(touching[k], touching[own[near]])
             round_ = field.is_sphere[field.surface[leaves[near]]]
             curved = np.array([s.bounds[1] for s in field.scene.shapes])[own[near]]
-            flat = _flat_gap(field, leaves[near], points[near], size[near], shape)
+            wide = _flat_gap(field, leaves[near], points[near], size[near], shape)
             curved = np.sqrt(gap * (gap + 2 * curved))
-            scale = np.where(round_, np.maximum(curved, least), np.maximum(flat, FLAT * least))
+            scale = np.where(round_, np.maximum(curved, least), np.maximum(wide, flat * least))
         split[near] |= size[near] > ACROSS * scale
     return leaves[split]
 

@@ -35,7 +35,8 @@ SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost
 CELL_NODES = 20  # that splitting a cell adds, with the neighbours that have to follow
 LIGHT_NODES = 0.6  # of the memory: what direct light may take, lest none be left for the rest
 CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
-CONTACT_LEAST = 0.05  # target that they are resolved for in any case: coarser ones do not see them at all
+CONTACT_LEAST = 0.05  # target that contacts of spheres are resolved for in any case: coarser ones do not see them
+FLAT = 0.133  # of that size in gaps between planes, which are as large as they
 CONTACT_OWN = 6.0  # sides of a square as large as the smaller of the two shapes: the same of its own light
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 SURE = 0.7  # lower than what was found asks for: the halves of what is split have errors of their own
@@ -268,9 +269,10 @@ class _State:
         """Refine where shapes touch, and `sent` until direct light is sent on well enough for `final`; yields."""
         own = np.sqrt([shape.area for shape in self.scene.shapes])
         share = CONTACT_SHARE * min(target, CONTACT_LEAST)
+        flat = FLAT * target / min(target, CONTACT_LEAST)
         smallest = share * np.sqrt(self.area)
         touching = np.minimum(smallest, share * CONTACT_OWN * own)
-        while 0 < len(cells := crowded(self.field, smallest, touching, self.reached)) <= self.room(LIGHT_NODES):
+        while 0 < len(cells := crowded(self.field, smallest, touching, flat, self.reached)) <= self.room(LIGHT_NODES):
             yield from self.split(cells)
             yield
         while True:
