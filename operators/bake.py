@@ -2,12 +2,13 @@
 
 import time
 from collections import namedtuple
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..pdm_core import plan, solve_steps
+from ..pdm_core import solve_steps
+from ..pdm_core.plan import lit
 from ..pdm_core.signs_of_life import in_thread, mapped
 from .bake_points import bake_points, corners_of
 from .between_vertices import between_steps
@@ -71,28 +72,20 @@ def bake_steps(context, settings):
     with _timed(seconds, "check"):
         steps = between_steps(solution, field, targets, points, values)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
-    with _timed(seconds, "write"):
-        items = [
-            Colours(target.name, p.domain, p.colours(v * 2.0**settings.exposure))
-            for target, p, v in zip(targets, points, values, strict=True)
-        ]
-        errors, undo_errors = None, lambda: None
-        if settings.heat_map:
-            errors = heat_map(solution, targets, points)
-            undo_errors = write_colours(errors.items, error_name(settings.attribute), "FLOAT_COLOR")
-        try:
-            undo_colours = write_colours(items, settings.attribute, settings.data_type)
-        except Exception:
-            undo_errors()
-            raise
-    try:
+    with ExitStack() as undo:  # of what was written, where anything after it fails
+        with _timed(seconds, "write"):
+            items = [
+                Colours(target.name, p.domain, p.colours(v * 2.0**settings.exposure))
+                for target, p, v in zip(targets, points, values, strict=True)
+            ]
+            errors = heat_map(solution, targets, points) if settings.heat_map else None
+            if errors:
+                undo.callback(write_colours(errors.items, error_name(settings.attribute), "FLOAT_COLOR"))
+            undo.callback(write_colours(items, settings.attribute, settings.data_type))
         report = bake_report(context, settings, reading, solution, between, items, points, seconds)
         report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
         context.scene.pdm_radiosity.keep(report)
-    except Exception:
-        undo_colours()
-        undo_errors()
-        raise
+        undo.pop_all()
     return report
 
 
@@ -115,8 +108,8 @@ def check_light(context, reading):
 
 def _check_sides(reading, targets):
     """Warns of objects whose normals face away from all light that comes to them; yields. BakeError where all do."""
-    steps = in_thread(plan, reading.scene, 1.0)
-    reached = (yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))).reached
+    steps = in_thread(lit, reading.scene)
+    reached = yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))
     away = [
         target.name
         for target in targets

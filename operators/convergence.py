@@ -18,6 +18,7 @@ from ..pdm_core.signs_of_life import mapped
 from .bake import Stage, baked_before, check_light, find_targets
 from .bake_points import bake_points, corners_of
 from .colour_attribute import BakeError
+from .convergence_page import CYCLES, EXACT, PUBLISHED
 from .cycles_beside import cycles_steps
 from .read_scene import read_steps
 from .report import plain, version
@@ -32,7 +33,6 @@ NEARLY = 1.01  # a property in single precision is the same target
 WORST = 10  # vertices listed
 MOST_DOTS = 4000  # of the picture of where the error sits
 VIEW_FROM = np.array([0.5, -0.75, 0.6])  # the direction of its view from the scene
-EXACT, PUBLISHED, CYCLES = "this bake", "published method", "Cycles"
 
 
 @dataclass(frozen=True)

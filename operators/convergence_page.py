@@ -5,11 +5,14 @@ import io
 import math
 from html import escape
 
+import numpy as np
+
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 720, 420, 70, 16, 16, 52  # of the plot, in its own units
+EXACT, PUBLISHED, CYCLES = "this bake", "published method", "Cycles"
 STYLES = {  # colour (light, dark), marker, name: told apart without colour too
-    "this bake": ("#0b62b8", "#6cb4ff", "circle"),
-    "published method": ("#b04a00", "#ffa45c", "square"),
-    "Cycles": ("#4a7a1e", "#a3d977", "triangle"),
+    EXACT: ("#0b62b8", "#6cb4ff", "circle"),
+    PUBLISHED: ("#b04a00", "#ffa45c", "square"),
+    CYCLES: ("#4a7a1e", "#a3d977", "triangle"),
 }
 COLUMNS = (
     ("method", "Method"), ("setting", "Setting"), ("seconds", "Seconds"), ("cpu_seconds", "CPU s"),
@@ -205,7 +208,7 @@ def _key(result):
     parts = []
     for k, (method, style) in enumerate(STYLES.items()):
         if method in curves(result):
-            told = ", measured; dashed: stated; hollow: the reference" if method == "this bake" else ""
+            told = ", measured; dashed: stated; hollow: the reference" if method == EXACT else ""
             sign = _marker(style[2], 8, 8, k, method)
             sign = f'<svg viewBox="0 0 16 16" class="sign" aria-hidden="true">{sign}</svg>'
             parts.append(f"<span>{sign} {escape(method)}{told}</span>")
@@ -227,7 +230,7 @@ def _items(texts):
 
 
 def _summary(result):
-    mine = [run for run in result["runs"] if run["method"] == "this bake"]
+    mine = [run for run in result["runs"] if run["method"] == EXACT]
     last = mine[-1]
     text = (
         f"{result['vertices']:,} places of {len(result['objects'])} objects were compared. The tightest run states an "
@@ -330,14 +333,13 @@ def _map(dots, top):
 
 def colour(share):
     """CSS colour of 0 to 1 on the ramp."""
-    return "rgb({:.0f},{:.0f},{:.0f})".format(*(255 * v for v in ramp(share)))
+    return "rgb({:.0f},{:.0f},{:.0f})".format(*255 * ramp(share))
 
 
 def ramp(share):
-    """(3,) sRGB from 0 to 1 of 0 to 1 on the ramp."""
-    place = min(max(share, 0.0), 1.0) * (len(RAMP) - 1)
-    k = min(int(place), len(RAMP) - 2)
-    return tuple((a + (b - a) * (place - k)) / 255 for a, b in zip(RAMP[k], RAMP[k + 1]))
+    """share (...) of 0 to 1 -> (..., 3) sRGB from 0 to 1"""
+    place = np.clip(share, 0.0, 1.0) * (len(RAMP) - 1)
+    return np.stack([np.interp(place, range(len(RAMP)), stop) for stop in np.array(RAMP).T / 255], axis=-1)
 
 
 def _foretold(result):

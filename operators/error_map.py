@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .colour_attribute import Colours
-from .convergence_page import RAMP
+from .convergence_page import ramp
 
 SUFFIX = " Error"
 
@@ -43,7 +43,6 @@ def heat_map(solution, targets, points):
 
 
 def ramp_colours(share):
-    """share (n,) of 0 to 1 -> (n, 3) linear colours of the ramp, which is given in sRGB bytes"""
-    place = np.clip(share, 0.0, 1.0) * (len(RAMP) - 1)
-    srgb = np.stack([np.interp(place, range(len(RAMP)), stop) for stop in np.array(RAMP).T / 255], axis=1)
+    """share (n,) of 0 to 1 -> (n, 3) linear colours of the page's ramp"""
+    srgb = ramp(share)
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)

@@ -20,13 +20,15 @@ def leaf_errors(field, value):
 def source_defect(field, value):
     """Nodal radiance (n, 3) -> (n, 3) its expected error as a source, mean over the leaves about each node: of one sign
     over a bend, so that it adds up where light goes to and fro, unlike errors at points."""
-    leaves = field.leaves
-    mean, area = bends(field, value), field.sizes()[leaves]
-    weight = np.bincount(np.ravel(field.nodes[leaves]), np.repeat(area, 9), minlength=len(value))
-    total = [
-        np.bincount(np.ravel(field.nodes[leaves]), np.repeat(area * mean[:, c], 9), minlength=len(value))
-        for c in range(3)
-    ]
+    return about_nodes(field, bends(field, value))
+
+
+def about_nodes(field, mean):
+    """mean (n leaves, c) -> (n nodes, c) its mean over the leaves about each node, by their areas"""
+    leaves, count = field.leaves, len(field.keys)
+    nodes, area = np.ravel(field.nodes[leaves]), field.sizes()[leaves]
+    weight = np.bincount(nodes, np.repeat(area, 9), count)
+    total = [np.bincount(nodes, np.repeat(area * row, 9), count) for row in mean.T]
     return np.stack(total, axis=1) / np.maximum(weight, 1e-300)[:, None]
 
 

@@ -6,6 +6,7 @@ transposed rows tell where it came from.
 
 import numpy as np
 
+from .error_estimates import about_nodes
 from .numerics import gmres
 
 ONE_SIGNED = 0.3  # part of a cell's error that is of one sign, and goes on as light does
@@ -19,7 +20,7 @@ class Flow:
 
     def __init__(self, field, sent, rows, placed, rho):
         self.field, self.sent, self.rows, self.rho = field, sent, rows, rho[:, None]
-        self.nodes, self.weights = field.nodes[placed[0]], placed[1]
+        self.placed = placed
 
     def received(self, leaf_error, sent_error):
         """L2 errors (n cells,), radiance times metres, of the field and of what is sent -> (n sent nodes,) the error of
@@ -45,11 +46,12 @@ class Flow:
         return out
 
     def _spread(self, value):
-        return np.einsum("nk,nkc->nc", self.weights, value.take(self.nodes, axis=0))
+        return self.field.interpolate(self.placed, value)
 
     def _gathered(self, value):
-        weight = (self.weights * value).ravel()
-        return np.bincount(self.nodes.ravel(), weight, len(self.field.keys))[:, None]
+        cell, weight = self.placed
+        nodes = self.field.nodes.take(cell, axis=0)
+        return np.bincount(nodes.ravel(), (weight * value).ravel(), len(self.field.keys))[:, None]
 
     def _back(self, value):
         return self.rows.times_transposed(value, len(self.rho))
@@ -65,9 +67,7 @@ def density(field, leaf_error):
     """L2 errors (n cells,) of the leaves -> (n nodes, 1) error of the radiance, mean of the leaves about each node."""
     leaves = field.leaves
     # an L2 error is its density times the root of the area
-    total = np.repeat(leaf_error[leaves] * np.sqrt(field.sizes()[leaves]) / 9, 9)
-    total = np.bincount(field.nodes[leaves].ravel(), total, len(field.keys))
-    return (total / np.maximum(areas_of_nodes(field), 1e-300))[:, None]
+    return about_nodes(field, (leaf_error[leaves] / np.sqrt(field.sizes()[leaves]))[:, None])
 
 
 def areas_of_nodes(field):

@@ -384,6 +384,11 @@ class Field:
             cell[split] = self.child.take(cell[split]) + 2 * upper[:, 0] + upper[:, 1]
         return cell, basis2(uv)
 
+    def interpolate(self, placed, value):
+        """placed: what `locate` returned of n places; value (n nodes, c) -> (n, c) the field there"""
+        cell, weight = placed
+        return np.einsum("nk,nkc->nc", weight, value.take(self.nodes.take(cell, axis=0), axis=0))
+
 
 def _solid(x, y):
     """Solid angle of the rectangle (0, 0)..(x, y) at distance 1 from its corner."""

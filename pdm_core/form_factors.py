@@ -397,6 +397,16 @@ def patch_samples(surface, divisions, points):
     return position, area * np.tile(weights, rows * columns)[:, None] / (rows * columns)
 
 
+def published_kernel(x, n, y, m):
+    """Points (k, 3), (l, 3) m and weighted area vectors there -> of the pairs that face each other indices i, j (p,),
+    segments y - x (3, p) and pi times what the pair adds to A F, where nothing hides it (p,)."""
+    e = y - x[:, None]
+    kernel = np.maximum(np.einsum("id,ijd->ij", n, e), 0) * np.maximum(-np.einsum("jd,ijd->ij", m, e), 0)
+    i, j = np.nonzero(kernel)
+    d = e[i, j].T
+    return i, j, d, kernel[i, j] / np.einsum("di,di->i", d, d) ** 2
+
+
 def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occluders=()):
     """The form factor from Surface a to Surface b exactly as published: a float.
 
@@ -420,11 +430,7 @@ def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occl
     step = max(1, SEGMENTS_AT_ONCE // len(pb))
     for start in range(0, len(pa), step):
         part = slice(start, start + step)
-        e = pb - pa[part, None]
-        kernel = np.maximum(np.einsum("id,ijd->ij", na[part], e), 0) * np.maximum(-np.einsum("jd,ijd->ij", nb, e), 0)
-        i, j = np.nonzero(kernel)
-        d = e[i, j].T
-        value = kernel[i, j] / np.einsum("di,di->i", d, d) ** 2
+        i, _, d, value = published_kernel(pa[part], na[part], pb, nb)
         x = pa[part][i].T
         for k in range(len(occluders)):
             value[segment_blocked(table, x, d, np.full(len(i), k))] = 0.0

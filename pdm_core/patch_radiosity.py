@@ -8,7 +8,7 @@ from collections import Counter
 import numpy as np
 
 from .checked import SceneError, index, number, vectors
-from .form_factors import SEGMENTS_AT_ONCE, patch_samples
+from .form_factors import SEGMENTS_AT_ONCE, patch_samples, published_kernel
 from .scene import Plane, Scene
 from .signs_of_life import finish
 from .view import ShapeTable, segment_blocked
@@ -97,12 +97,8 @@ def _factors(scene, divisions, points):
     step = max(1, SEGMENTS_AT_ONCE // (each * len(x)))
     for first in range(0, count, step):
         rows = slice(first * each, min(first + step, count) * each)
-        e = x - x[rows, None]
-        kernel = np.maximum(np.einsum("id,ijd->ij", normal[rows], e), 0)
-        kernel *= np.maximum(-np.einsum("jd,ijd->ij", normal, e), 0)
-        i, j = np.nonzero(kernel)
-        d, at = e[i, j].T, i + rows.start
-        value = kernel[i, j] / np.einsum("di,di->i", d, d) ** 2
+        i, j, d, value = published_kernel(x[rows], normal[rows], x, normal)
+        at = i + rows.start
         for k in range(len(scene.shapes)):
             # convex shapes are hidden from themselves by their normals alone
             others = np.flatnonzero((value > 0) & (shape[at] != k) & (shape[j] != k))

@@ -78,6 +78,12 @@ def plan(scene, target_error=1e-2, shafts=None):
     return result
 
 
+def lit(scene):
+    """(n surfaces,) Whether light may come to each, as in Plan.reached, without the rest of the plan."""
+    scene = settle(scene)[0]
+    return reached_by_light(scene, Shafts(scene))
+
+
 def reached_by_light(scene, shafts):
     """(n surfaces,) False where no light can come, directly or over other surfaces, whatever the visibility between."""
     if (scene.background > 0).any():

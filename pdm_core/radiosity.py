@@ -111,8 +111,8 @@ class Solution:
         points = self.scene.surfaces[k].shape.project(vectors(points, "points")) - self._state.origin
         sent, error = self._state.sent, self._state.node_error
         own = np.full(len(points), k)
-        cell, weight = sent.locate(own, sent.local(own, points))
-        return SAFETY * np.maximum(np.einsum("nk,nk->n", weight, error[sent.nodes[cell]]), 0.0)
+        placed = sent.locate(own, sent.local(own, points))
+        return SAFETY * np.maximum(sent.interpolate(placed, error[:, None])[:, 0], 0.0)
 
     def irradiance(self, points, normals):
         """points (n, 3) m, normals (n, 3) of any length but 0, anywhere in space -> irradiance / pi (n, 3)"""
@@ -224,8 +224,7 @@ class _State:
 
     def spread(self, indirect):
         """Values (n nodes, c) of the field at the nodes of `sent`."""
-        cell, weight = self.placed
-        return np.einsum("nk,nkc->nc", weight, indirect.take(self.field.nodes.take(cell, axis=0), axis=0))
+        return self.field.interpolate(self.placed, indirect)
 
     def gain(self):
         """How much the rooms amplify an error spread evenly: 1 / (1 - share of the light that is indirect)."""
@@ -487,7 +486,6 @@ class _State:
         flow = Flow(f, self.sent, self.rows, self.placed, rho)
         received = rho * (yield from flow.received(error, leaf_errors(self.sent, rho[:, None] * self.lit)))
         self.flow, self.flow_received = flow, received
-        at_nodes = received
         self.told, self.own_promised = np.sqrt(found[1]), promised
         received = np.hypot(norms(self.sent, received), STIFF_OWN * self.own_amplified)
         own, self.own_here, self.own_passed = own_errors(self.shared, found, promised, received)
@@ -495,7 +493,7 @@ class _State:
         # where surpluses are, as large as what points found on the surface
         local = self.spread(flow.spread_out)[:, 0]
         found = self.own_here * self.shared.norm / np.maximum(norms(self.sent, local), 1e-300)
-        self.node_error = np.hypot(found[self.sent.node_surface] * local, at_nodes)
+        self.node_error = np.hypot(found[self.sent.node_surface] * local, self.flow_received)
 
     def misses(self):
         """The target that would be met, by the whole scene's light and each surface's own."""
