@@ -11,6 +11,7 @@ import numpy as np
 from .checked import LEAST, MOST, SceneError, colour, number, vector
 from .coincident import REACHES, one_and_the_same
 
+MEAN_POINTS = 4096  # at which what varies is averaged
 MAX_REFLECTANCE = 0.999999  # at 1 an enclosed light has no steady state
 FLATTEST = 1e-9  # a shape thinner than this part of its extent has no usable area or inside
 ROUNDINGS = 4  # of a coordinate: two shapes' own, through a matrix each
@@ -33,7 +34,7 @@ def unit(vectors):
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 
 
-class _Shape:
+class Shape:
     """An affine image of a reference shape: point = origin + linear @ local."""
 
     twist = np.zeros(3)
@@ -53,7 +54,7 @@ class _Shape:
         return self.origin + local @ self.linear.T + local[:, :1] * local[:, 1:2] * self.twist
 
 
-class Plane(_Shape):
+class Plane(Shape):
     """The parallelogram corner + s*u + t*v, 0 <= s, t <= 1. Its front is along u x v; u, v need not be orthogonal.
 
     Local coordinates are (s, t, height along the unit normal in units of sqrt(area)).
@@ -121,6 +122,10 @@ class Plane(_Shape):
         local[:, 2] = 0.0
         return self.world(local)
 
+    def spread(self, count):
+        """Points (count, 3) m spread evenly over the area."""
+        return self.world(np.column_stack([square_lattice(count), np.zeros(count)]))
+
     @cached_property
     def thickness(self):
         """m; the lesser distance of two opposite edges."""
@@ -140,7 +145,7 @@ class Plane(_Shape):
         return None
 
 
-class Sphere(_Shape):
+class Sphere(Shape):
     """An affine image of the unit sphere (ellipsoids too), given by a 4x4 matrix. Its front is outside."""
 
     def __init__(self, matrix):
@@ -179,6 +184,10 @@ class Sphere(_Shape):
     def bounds(self):
         """Centre (3,) and radius of a sphere around the shape."""
         return self.origin, float(self.semi_axes[0])
+
+    def spread(self, count):
+        """Points (count, 3) m spread over the area, evenly over that of a round sphere."""
+        return self.world(lattice(count))
 
     def project(self, points):
         """points (n, 3) -> points (n, 3) on the shape along the ray from its centre (the exact shape's vertex)."""
@@ -240,10 +249,11 @@ def _carlson_rg(x, y, z):
 class Surface:
     """One side of a shape with a material.
 
-    reflectance (3,) in [0, 1), emission (3,) as radiance; a single number stands for three equal channels.
+    reflectance (3,) in [0, 1), emission (3,) as radiance; a single number stands for three equal channels, and where
+    either varies it is a function of points (n, 3) m on the shape that returns (n, 3).
     """
 
-    shape: Plane | Sphere
+    shape: Shape
     reflectance: np.ndarray = (0.0, 0.0, 0.0)
     emission: np.ndarray = (0.0, 0.0, 0.0)
     side: str = "front"
@@ -253,15 +263,16 @@ class Surface:
         if not isinstance(self.name, str):
             raise SceneError(f"A surface's name is {self.name!r}; use a string")
         label = f"Surface {self.name!r}" if self.name else "A surface without a name"
-        if not isinstance(self.shape, Plane | Sphere):
-            raise SceneError(f"{label}: its shape is {self.shape!r}; give a Plane or a Sphere")
+        if not isinstance(self.shape, Shape):
+            raise SceneError(f"{label}: its shape is {self.shape!r}; give a Plane, Sphere, Polygon or Mesh")
         if problem := self.shape.problem():
             raise SceneError(f"{label}: {problem}")
         if not isinstance(self.side, str) or self.side not in ("front", "back"):
             raise SceneError(f"{label}: side is {self.side!r}; use 'front' or 'back'")
         for what in ("reflectance", "emission"):
-            object.__setattr__(self, what, colour(getattr(self, what), f"{label}: {what}"))
-        if (self.reflectance >= 1).any():
+            if not callable(getattr(self, what)):
+                object.__setattr__(self, what, colour(getattr(self, what), f"{label}: {what}"))
+        if not callable(self.reflectance) and (self.reflectance >= 1).any():
             raise SceneError(
                 f"{label}: reflectance is {self.reflectance.tolist()}; use numbers below 1, at most {MAX_REFLECTANCE}"
             )
@@ -276,14 +287,58 @@ class Surface:
         """True for the inner side of a sphere, the only surface that sees itself."""
         return isinstance(self.shape, Sphere) and self.side == "back"
 
+    @property
+    def varies(self):
+        """Whether its reflectance or emission differs from place to place."""
+        return callable(self.reflectance) or callable(self.emission)
+
+    def reflectance_at(self, points):
+        """(n, 3) at points (n, 3) m of it."""
+        return _value_at(self.reflectance, points, MAX_REFLECTANCE)
+
+    def emission_at(self, points):
+        """Radiance (n, 3) at points (n, 3) m of it."""
+        return _value_at(self.emission, points, MOST)
+
     def normals(self, points):
         """Unit normals (n, 3) of this side at points (n, 3) of it."""
         return self.sign * self.shape.normals(points)
 
 
+def _mean_over(shape, value, at):
+    """(3,) of a constant, or the mean of a function over a shape: at points spread over its area."""
+    return at(shape.spread(MEAN_POINTS)).mean(axis=0) if callable(value) else value
+
+
+def _mean_over_directions(sky):
+    """(3,) mean radiance of a sky over all directions."""
+    return np.maximum(np.asarray(sky(lattice(MEAN_POINTS)), float), 0.0).mean(axis=0)
+
+
+def lattice(count):
+    """Unit directions (count, 3) spread evenly over the sphere: the spherical Fibonacci lattice."""
+    k = np.arange(count) + 0.5
+    z, turn = 1 - 2 * k / count, np.pi * (1 + np.sqrt(5)) * k
+    ring = np.sqrt(1 - z * z)
+    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
+
+
+def square_lattice(count):
+    """Points (count, 2) of the unit square spread evenly: Roberts' R2 sequence."""
+    steps = np.array([0.7548776662466927, 0.5698402909980532])
+    return (0.5 + np.outer(np.arange(count), steps)) % 1.0
+
+
+def _value_at(value, points, most):
+    """A constant (3,), or a function of points, at points (n, 3) -> (n, 3) within 0 and most"""
+    if callable(value):
+        return np.clip(np.asarray(value(points), float).reshape(len(points), 3), 0.0, most)
+    return np.broadcast_to(value, (len(points), 3))
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Surfaces and a constant background radiance (3,) from outside.
+    """Surfaces, lights, and the background radiance from outside: (3,), or a function of directions (n, 3) -> (n, 3).
 
     Surfaces may share one shape, the same object or one at the same place, which occludes once. rounding: of the
     coordinates, relative (Blender's: 2**-24); what touches is decided by it.
@@ -292,6 +347,8 @@ class Scene:
     surfaces: tuple
     background: np.ndarray = (0.0, 0.0, 0.0)
     rounding: float = 2**-53
+    lights: tuple = ()  # Light objects, which neither block nor reflect
+    sky: object = field(init=False)  # the background where it is a function, else None
     shapes: tuple = field(init=False)  # each shape once, in order of appearance
     shape_of: np.ndarray = field(init=False)  # (n surfaces,) index into shapes
 
@@ -305,7 +362,8 @@ class Scene:
         for surface in surfaces:
             if not isinstance(surface, Surface):
                 raise SceneError(f"Scene: {surface!r} is not a Surface")
-        background = colour(self.background, "Scene background")
+        sky = self.background if callable(self.background) else None
+        background = _mean_over_directions(sky) if sky else colour(self.background, "Scene background")
         rounding = number(self.rounding, "Scene rounding", "a relative one such as 2**-53 or 2**-24", 0, COARSEST)
         given = {id(s.shape): s.shape for s in surfaces}
         tolerance = tolerance_of(given.values(), rounding)
@@ -328,6 +386,8 @@ class Scene:
             sides[key] = surface.name
         object.__setattr__(self, "surfaces", surfaces)
         object.__setattr__(self, "background", background)
+        object.__setattr__(self, "sky", sky)
+        object.__setattr__(self, "lights", tuple(self.lights))
         object.__setattr__(self, "rounding", rounding)
         object.__setattr__(self, "shapes", tuple(shapes))
         object.__setattr__(self, "shape_of", np.array([order[id(s.shape)] for s in surfaces]))
@@ -344,13 +404,19 @@ class Scene:
 
     @cached_property
     def reflectance(self):
-        """(n surfaces, 3)"""
-        return np.array([s.reflectance for s in self.surfaces])
+        """(n surfaces, 3), the mean of those that vary"""
+        return np.array([_mean_over(s.shape, s.reflectance, s.reflectance_at) for s in self.surfaces])
 
     @cached_property
     def emission(self):
-        """(n surfaces, 3) radiance"""
-        return np.array([s.emission for s in self.surfaces])
+        """(n surfaces, 3) radiance, the mean of those that vary"""
+        return np.array([_mean_over(s.shape, s.emission, s.emission_at) for s in self.surfaces])
+
+    def sky_at(self, directions):
+        """Radiance (n, 3) from outside along unit directions (n, 3) towards it."""
+        if self.sky is None:
+            return np.broadcast_to(self.background, (len(directions), 3))
+        return np.maximum(np.asarray(self.sky(directions), float).reshape(len(directions), 3), 0.0)
 
     @cached_property
     def tolerance(self):

@@ -27,7 +27,7 @@ def test_areas_of_ellipsoids():
         (lambda: Surface(Sphere.at((0, 0, 0), 1), (-0.1, 0.5, 0), name="Ball"), "Ball.*at least 0"),
         (lambda: Surface(Sphere.at((0, 0, 0), 1), 0.5, np.inf, name="Ball"), "Ball.*finite"),
         (lambda: Surface(Sphere.at((0, 0, 0), 1), side="top", name="Ball"), "Ball.*'front' or 'back'"),
-        (lambda: Surface("Ball"), "Plane or a Sphere"),
+        (lambda: Surface("Ball"), "give a Plane, Sphere, Polygon or Mesh"),
         (lambda: Scene([]), "no surfaces"),
         (lambda: Scene([Surface(Sphere.at((0, 0, 0), 1))], background=(0, 0, -1)), "background"),
         (lambda: Plane((0, 0), (1, 0, 0), (0, 1, 0)), "shape"),
