@@ -8,87 +8,102 @@ from .mesh_topology import MeshArrays, spans
 
 SLACK = 1e-5  # of a face's width: how far a vertex may be off its plane, besides rounding; a bent one is cut up
 CROSSED = 1 + 1e-4  # of its area: a face whose triangles have more crosses itself
+MOST_CUT = 1000  # faces to be cut into flat triangles; where more are bent, they are a curved surface
 
 
 @dataclass(frozen=True, eq=False)
 class CleanMesh:
-    """faces: MeshArrays of f faces, whole polygons or triangles of bent ones; source (c,): the given corner of each
-    of their corners; corner_face (C,), triangle_face (T,): the face of each given corner and triangle; corner_back,
-    triangle_back: whether it looks the other way, being that face's double. warnings: [sentence]."""
+    """faces: MeshArrays of f faces, whole polygons or triangles of bent ones; bent (f,): those left whole though bent;
+    source (c,): the given corner of each of their corners.
+
+    triangles (T, 3) given corners; corner_face (C,), triangle_face (T,): the face of each given corner and triangle;
+    corner_back, triangle_back: whether it looks the other way, being that face's double; live (T,): whether it is part
+    of the face and not its double. warnings: [sentence].
+    """
 
     faces: MeshArrays
+    bent: np.ndarray
     source: np.ndarray
+    triangles: np.ndarray
     corner_face: np.ndarray
     triangle_face: np.ndarray
     corner_back: np.ndarray
     triangle_back: np.ndarray
+    live: np.ndarray
     warnings: list = field(default_factory=list)
 
 
-def clean(mesh, triangles=None):
-    """MeshArrays as given -> CleanMesh, or None where no face has an area.
-
-    triangles (T, 3): corners of each polygon's triangles, polygon after polygon; fans where there are none.
-    """
-    triangles = _fans(mesh) if triangles is None else np.asarray(triangles, np.int64)
-    welded = weld(mesh)
-    cut = _to_cut(welded, triangles)
-    corner, counts, polygon, triangle_of = _faces(mesh, triangles, cut)
-    # what has two corners at one place loses one of them; with fewer than three it has no area
-    starts = np.cumsum(counts) - counts
-    vertex = welded.corners[corner]
-    after = np.arange(1, len(corner) + 1)
-    after[starts + counts - 1] = starts
-    kept = vertex != vertex[after]
-    left = np.add.reduceat(kept, starts)
+def clean(welded, triangles):
+    """MeshArrays of welded vertices -> CleanMesh, or None where no face has an area. triangles (T, 3): corners of each
+    polygon's triangles, polygon after polygon."""
+    bent = _bent(welded, triangles)
+    cut = bent if np.count_nonzero(bent) <= MOST_CUT else np.zeros_like(bent)
+    if not cut.any() and (fast := _as_it_is(welded, triangles, bent)):
+        return fast
+    corner, counts, polygon, triangle_of = _cut_up(welded, triangles, cut)
+    kept, left = _without_repeats(welded.corners[corner], counts)
     is_face = left >= 3
-    kept &= np.repeat(is_face, counts)
     face = np.flatnonzero(is_face)
     if not len(face):
         return None
-    faces = MeshArrays.make(welded.vertices, vertex[kept], left[face], mesh.materials[polygon[face]])
-    has_area = faces.heights > faces.rounding
-    first, back = _doubles(faces)
-    has_area &= has_area[first]
+    kept &= np.repeat(is_face, counts)
+    faces = MeshArrays.make(
+        welded.vertices, welded.corners[corner[kept]], left[face], welded.materials[polygon[face]]
+    )
+    first, back = doubles(faces)
+    has_area = (faces.heights > faces.rounding)[first]
     stays = has_area & (first == np.arange(len(first)))
     if not stays.any():
         return None
-    number = np.full(len(counts), -1)  # of each face among those that stay, -1 without area
-    number[face] = np.where(has_area, (np.cumsum(stays) - 1)[first], -1)
-    is_back = np.zeros(len(counts), bool)
+    number, is_back = np.full(len(counts), -1), np.zeros(len(counts), bool)
+    number[face] = np.where(has_area, (np.cumsum(stays) - 1)[first], -1)  # among those that stay, -1 without area
     is_back[face] = back
     source = corner[kept][np.repeat(stays, faces.counts)]
     stay = np.flatnonzero(stays)
-    clean_faces = MeshArrays.make(
+    final = MeshArrays.make(
         faces.vertices, faces.corners[spans(faces.starts[stay], faces.counts[stay])], faces.counts[stay],
         faces.materials[stay],
     )  # fmt: skip
-    face_of = np.repeat(np.arange(len(counts)), counts)
-    corner_virtual = np.empty(len(mesh.corners), np.int64)
-    corner_virtual[corner[::-1]] = face_of[::-1]  # of a cut one's triangles the first that has the corner
-    triangle_virtual = np.where(triangle_of >= 0, triangle_of, corner_virtual[triangles[:, 0]])
+    corner_piece = np.empty(len(welded.corners), np.int64)
+    corner_piece[corner[::-1]] = np.repeat(np.arange(len(counts)), counts)[::-1]  # of triangles at a corner the first
+    triangle_piece = np.where(triangle_of >= 0, triangle_of, corner_piece[triangles[:, 0]])
     beside = np.zeros(len(welded.vertices), np.int64)  # a face at each vertex, for what has no area
-    beside[clean_faces.corners[::-1]] = clean_faces.polygons[::-1]
+    beside[final.corners[::-1]] = final.polygons[::-1]
 
-    def found(virtual, corners):
-        return np.where(number[virtual] >= 0, number[virtual], beside[welded.corners[corners]])
+    def found(piece, vertex):
+        return np.where(number[piece] >= 0, number[piece], beside[vertex])
 
-    counted = [
-        (int(np.count_nonzero(~is_face) + np.count_nonzero(~has_area)), "without area, which {} left out"),
-        (int(np.count_nonzero(has_area & ~stays)), "on another face of its own, which {} read once"),
-    ]
-    warnings = [
-        f"has {n:,} face{'s' * (n > 1)} {text.format('are' if n > 1 else 'is')}" for n, text in counted if n
-    ]
+    live = np.zeros(len(counts), bool)
+    live[face] = stays
     return CleanMesh(
-        clean_faces,
+        final,
+        (bent & ~cut)[polygon[face[stay]]],
         source,
-        found(corner_virtual, np.arange(len(mesh.corners))),
-        found(triangle_virtual, triangles[:, 0]),
-        is_back[corner_virtual],
-        is_back[triangle_virtual],
-        warnings,
+        triangles,
+        found(corner_piece, welded.corners),
+        found(triangle_piece, welded.corners[triangles[:, 0]]),
+        is_back[corner_piece],
+        is_back[triangle_piece],
+        live[triangle_piece],
+        _said(int((~is_face).sum() + (~has_area).sum()), int((has_area & ~stays).sum())),
     )
+
+
+def _said(no_area, doubled):
+    counted = [(no_area, "without area, which {} left out"), (doubled, "on another face of its own, which {} read once")]
+    return [f"has {n:,} face{'s' * (n > 1)} {text.format('are' if n > 1 else 'is')}" for n, text in counted if n]
+
+
+def _as_it_is(mesh, triangles, bent):
+    """The CleanMesh of one that has nothing to be cleaned, or None."""
+    if (mesh.corners == mesh.following).any() or not (mesh.heights > mesh.rounding).all():
+        return None
+    if not (doubles(mesh)[0] == np.arange(len(mesh.counts))).all():
+        return None
+    face = mesh.polygons[triangles[:, 0]]
+    no_corner, no_triangle = np.zeros(len(mesh.corners), bool), np.zeros(len(triangles), bool)
+    corner = np.arange(len(mesh.corners))
+    return CleanMesh(mesh, bent, corner, triangles, mesh.polygons, face, no_corner, no_triangle, ~no_triangle)
 
 
 def weld(mesh):
@@ -105,34 +120,33 @@ def weld(mesh):
     return MeshArrays(mesh.vertices[used], number[mesh.corners], mesh.counts, mesh.materials)
 
 
-def _fans(mesh):
+def fans(mesh):
     """(T, 3) corners: first corner, corner, next corner of each polygon."""
     inner = mesh.counts - 2
     second = spans(mesh.starts + 1, inner)
     return np.column_stack([np.repeat(mesh.starts, inner), second, second + 1])
 
 
-def _to_cut(mesh, triangles):
-    """(p,) Whether polygons are to be cut into their triangles: bent, or crossing themselves."""
-    normals, heights = mesh.normals, mesh.heights
-    size = np.linalg.norm(normals, axis=1)
-    unit = normals / np.maximum(size, np.finfo(float).tiny)[:, None]
-    many = (mesh.counts > 3)[mesh.polygons]
-    corner = np.flatnonzero(many)
-    if not len(corner):
-        return np.zeros(len(mesh.counts), bool)
-    of, at = mesh.polygons[corner], mesh.vertices[mesh.corners[corner]]
-    off = np.abs(np.einsum("ci,ci->c", at - mesh.vertices[mesh.corners[mesh.starts[of]]], unit[of]))
-    cut = np.zeros(len(mesh.counts), bool)
-    cut[of[~(off <= SLACK * heights[of] + mesh.rounding)]] = True
+def _bent(mesh, triangles):
+    """(p,) Whether polygons are not flat, or cross themselves."""
+    size = np.linalg.norm(mesh.normals, axis=1)
+    unit = mesh.normals / np.maximum(size, np.finfo(float).tiny)[:, None]
+    many = np.flatnonzero((mesh.counts > 3)[mesh.polygons])
+    bent = np.zeros(len(mesh.counts), bool)
+    if not len(many):
+        return bent
+    of = mesh.polygons[many]
+    apart = mesh.vertices[mesh.corners[many]] - mesh.vertices[mesh.corners[mesh.starts[of]]]
+    off = np.abs(np.einsum("ci,ci->c", apart, unit[of]))
+    bent[of[~(off <= SLACK * mesh.heights[of] + mesh.rounding)]] = True
     big = np.flatnonzero((mesh.counts > 3)[mesh.polygons[triangles[:, 0]]])
     a, b, c = (mesh.vertices[mesh.corners[triangles[big, k]]] for k in range(3))
     parts = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    total = np.bincount(mesh.polygons[triangles[big, 0]], parts, len(mesh.counts))
-    return cut | ((total > CROSSED * size + mesh.rounding * heights) & (mesh.counts > 3))
+    whole = np.bincount(mesh.polygons[triangles[big, 0]], parts, len(mesh.counts))
+    return bent | ((whole > CROSSED * size + mesh.rounding * mesh.heights) & (mesh.counts > 3))
 
 
-def _faces(mesh, triangles, cut):
+def _cut_up(mesh, triangles, cut):
     """Corners, counts (k,), polygons (k,) of the faces, in order of their polygons; face (T,) of each triangle that is
     one, -1 of the others."""
     is_cut = cut[mesh.polygons[triangles[:, 0]]]
@@ -150,10 +164,23 @@ def _faces(mesh, triangles, cut):
     return corner[spans(starts[order], counts[order])], counts[order], polygon[order], triangle_of
 
 
-def _doubles(faces):
+def _without_repeats(vertex, counts):
+    """kept (c,): whether each face corner is at another place than the next; left (k,) how many each face keeps."""
+    starts = np.cumsum(counts) - counts
+    after = np.arange(1, len(vertex) + 1)
+    after[starts + counts - 1] = starts
+    kept = vertex != vertex[after]
+    return kept, np.add.reduceat(kept, starts)
+
+
+def doubles(faces):
     """first (f,): of each face the first one with the same corners; back (f,): whether it looks the other way."""
     mixed = np.random.default_rng(11).integers(0, 2**63, len(faces.vertices), dtype=np.uint64)
     key = np.add.reduceat(mixed[faces.corners], faces.starts)  # wraps; the same of the same corners in any order
-    _, at, same = np.unique(key, return_index=True, return_inverse=True)
-    first = at[same]
+    order = np.argsort(key, kind="stable")
+    starts = np.flatnonzero(np.append(True, key[order][1:] != key[order][:-1]))
+    if len(starts) == len(order):
+        return np.arange(len(order)), np.zeros(len(order), bool)
+    first = np.empty(len(order), np.int64)
+    first[order] = np.repeat(order[starts], np.diff(np.append(starts, len(order))))
     return first, np.einsum("fi,fi->f", faces.normals, faces.normals[first]) < 0

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .mesh_topology import MeshArrays, connected
+from .mesh_topology import MeshArrays, connected, cross
 
 SLACK = 1e-5  # of a group's width: how far a vertex may be off its plane, besides rounding
 CREASE = 1e-3  # rad; a sharper edge parts two groups
@@ -49,7 +49,7 @@ class FlatGroups:
     @cached_property
     def area(self):
         """(g,) m^2"""
-        return np.linalg.norm(self.normal, axis=1)
+        return np.bincount(self.label, np.linalg.norm(self.faces.normals, axis=1), self.count)
 
     @cached_property
     def centre(self):
@@ -113,6 +113,13 @@ class FlatGroups:
         tangled[key[1:][key[1:] == key[:-1]] // len(self.faces.vertices)] = True
         return tangled
 
+    def part(self, groups):
+        """The FlatGroups of some groups (g,) bool, and the number (k,) of each of them here."""
+        some = np.flatnonzero(groups[self.label])
+        label = in_order(self.label[some])
+        number = self.label[some[np.unique(label, return_index=True)[1]]]
+        return FlatGroups(self.faces.part(some), label), number
+
     def without(self, groups):
         """The FlatGroups where each face of these groups (g,) bool is one of its own."""
         alone = groups[self.label]
@@ -120,19 +127,23 @@ class FlatGroups:
         return FlatGroups(self.faces, in_order(label))
 
 
-def flat_groups(faces, unit, noise):
+def flat_groups(faces, unit, noise, bent):
     """FlatGroups of MeshArrays of flat faces: of one material, no crease between them, in one plane, and with a simple
-    border; where a larger group is none each of its faces is one.
+    border; where a larger group is none each of its faces is one, as is each bent face.
 
-    unit (f, 3) normals, noise (f,) rad by which rounding may turn them.
+    unit (f, 3) normals, noise (f,) rad by which rounding may turn them, bent (f,) bool.
     """
     a, b = faces.polygons[faces.joints]
     flat = crease(unit, a, b) <= CREASE + noise[a] + noise[b]
-    flat &= faces.materials[a] == faces.materials[b]
+    flat &= (faces.materials[a] == faces.materials[b]) & ~bent[a] & ~bent[b]
     groups = FlatGroups(faces, in_order(connected(len(faces.counts), a[flat], b[flat])))
     several = np.bincount(groups.label) > 1
-    wrong = several & (groups.bent | groups.tangled)
-    return groups.without(wrong) if wrong.any() else groups
+    if several.any():
+        part, number = groups.part(several)
+        wrong = np.zeros(groups.count, bool)
+        wrong[number] = part.bent | part.tangled
+        groups = groups.without(wrong) if wrong.any() else groups
+    return groups
 
 
 def directions(faces):
@@ -143,7 +154,7 @@ def directions(faces):
 
 def crease(unit, a, b):
     """(k,) sine of the angle between the planes of faces a and b (k,)."""
-    return np.linalg.norm(np.cross(unit[a], unit[b]), axis=1)
+    return np.linalg.norm(cross(unit[a], unit[b]), axis=1)
 
 
 def in_order(label):

