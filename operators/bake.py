@@ -14,6 +14,7 @@ from .bake_points import bake_points, corners_of
 from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .error_map import error_name, heat_map, names_written
+from .field_at import Field
 from .read_scene import read_steps, some
 from .render_visible import render_visible
 from .report import bake_report
@@ -62,15 +63,15 @@ def bake_steps(context, settings):
         yield from _check_sides(reading, targets)
         points = []
         for target in targets:
-            steps = in_thread(bake_points, target.polygon_surface, *corners_of(target), settings.domain)
+            steps = in_thread(bake_points, *corners_of(target), settings.domain)
             points.append((yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))))
     with _timed(seconds, "solve"):
         solution = yield from _solve(reading.scene, settings, seconds["read"])
     with _timed(seconds, "evaluate"):
-        field = solution.radiance if settings.quantity == "RADIANCE" else solution.incident
-        values = yield from _evaluate(solution, field, points)
+        field = Field(solution, settings.quantity)
+        values = yield from _evaluate(field, points)
     with _timed(seconds, "check"):
-        steps = between_steps(solution, field, targets, points, values)
+        steps = between_steps(field, targets, points, values)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
     with ExitStack() as undo:  # of what was written, where anything after it fails
         with _timed(seconds, "write"):
@@ -113,7 +114,7 @@ def _check_sides(reading, targets):
     away = [
         target.name
         for target in targets
-        if reached[target.surfaces].any() and not reached[np.unique(target.polygon_surface)].any()
+        if reached[target.surfaces].any() and not reached[np.unique(target.corner_surface)].any()
     ]
     if not away:
         return
@@ -151,7 +152,7 @@ def _solve(scene, settings, spent):
     return (yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
 
 
-def _evaluate(solution, field, points):
+def _evaluate(field, points):
     """[(k, 3) float64 a bake object]: the field where each is read off."""
     total, done, chunk = sum(len(p.points) for p in points), 0, FIRST_CHUNK
     values = [np.empty((len(p.points), 3)) for p in points]
@@ -160,10 +161,10 @@ def _evaluate(solution, field, points):
             while start < stop:
                 begun = time.perf_counter()
                 end = min(start + chunk, stop)
-                out[start:end] = field(surface, p.points[start:end])
+                out[start:end] = field(surface, *p.some(start, end))
                 done += end - start
                 speed = (end - start) / max(time.perf_counter() - begun, 1e-6)
                 chunk = int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, 128 * FIRST_CHUNK))
                 start = end
-                yield Stage("Evaluating vertices", done / total, solution.error)
+                yield Stage("Evaluating vertices", done / total, field.solution.error)
     return values

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .mesh_topology import MeshArrays, spans
+from .mesh_topology import MeshArrays, cross, spans
 
 SLACK = 1e-5  # of a face's width: how far a vertex may be off its plane, besides rounding; a bent one is cut up
 CROSSED = 1 + 1e-4  # of its area: a face whose triangles have more crosses itself
@@ -33,10 +33,11 @@ class CleanMesh:
     warnings: list = field(default_factory=list)
 
 
-def clean(welded, triangles):
+def clean(welded, triangles=None):
     """MeshArrays of welded vertices -> CleanMesh, or None where no face has an area. triangles (T, 3): corners of each
-    polygon's triangles, polygon after polygon."""
-    bent = _bent(welded, triangles)
+    polygon's triangles, polygon after polygon; fans, of polygons taken for convex, where there are none."""
+    bent = _bent(welded) if triangles is None else _bent(welded) | _crossed(welded, triangles)
+    triangles = fans(welded) if triangles is None else triangles
     cut = bent if np.count_nonzero(bent) <= MOST_CUT else np.zeros_like(bent)
     if not cut.any() and (fast := _as_it_is(welded, triangles, bent)):
         return fast
@@ -47,9 +48,7 @@ def clean(welded, triangles):
     if not len(face):
         return None
     kept &= np.repeat(is_face, counts)
-    faces = MeshArrays.make(
-        welded.vertices, welded.corners[corner[kept]], left[face], welded.materials[polygon[face]]
-    )
+    faces = MeshArrays.make(welded.vertices, welded.corners[corner[kept]], left[face], welded.materials[polygon[face]])
     first, back = doubles(faces)
     has_area = (faces.heights > faces.rounding)[first]
     stays = has_area & (first == np.arange(len(first)))
@@ -90,8 +89,8 @@ def clean(welded, triangles):
 
 
 def _said(no_area, doubled):
-    counted = [(no_area, "without area, which {} left out"), (doubled, "on another face of its own, which {} read once")]
-    return [f"has {n:,} face{'s' * (n > 1)} {text.format('are' if n > 1 else 'is')}" for n, text in counted if n]
+    texts = (no_area, "without area, which {} left out"), (doubled, "on another face of its own, which {} read once")
+    return [f"has {n:,} face{'s' * (n > 1)} {text.format('are' if n > 1 else 'is')}" for n, text in texts if n]
 
 
 def _as_it_is(mesh, triangles, bent):
@@ -127,23 +126,26 @@ def fans(mesh):
     return np.column_stack([np.repeat(mesh.starts, inner), second, second + 1])
 
 
-def _bent(mesh, triangles):
-    """(p,) Whether polygons are not flat, or cross themselves."""
-    size = np.linalg.norm(mesh.normals, axis=1)
-    unit = mesh.normals / np.maximum(size, np.finfo(float).tiny)[:, None]
-    many = np.flatnonzero((mesh.counts > 3)[mesh.polygons])
-    bent = np.zeros(len(mesh.counts), bool)
-    if not len(many):
-        return bent
-    of = mesh.polygons[many]
-    apart = mesh.vertices[mesh.corners[many]] - mesh.vertices[mesh.corners[mesh.starts[of]]]
+def _bent(mesh):
+    """(p,) Whether polygons are not flat."""
+    unit = mesh.normals / np.maximum(np.linalg.norm(mesh.normals, axis=1), np.finfo(float).tiny)[:, None]
+    corner = np.flatnonzero((mesh.counts > 3)[mesh.polygons])
+    of = mesh.polygons[corner]
+    apart = mesh.vertices[mesh.corners[corner]] - mesh.vertices[mesh.corners[mesh.starts[of]]]
     off = np.abs(np.einsum("ci,ci->c", apart, unit[of]))
+    bent = np.zeros(len(mesh.counts), bool)
     bent[of[~(off <= SLACK * mesh.heights[of] + mesh.rounding)]] = True
-    big = np.flatnonzero((mesh.counts > 3)[mesh.polygons[triangles[:, 0]]])
-    a, b, c = (mesh.vertices[mesh.corners[triangles[big, k]]] for k in range(3))
-    parts = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    whole = np.bincount(mesh.polygons[triangles[big, 0]], parts, len(mesh.counts))
-    return bent | ((whole > CROSSED * size + mesh.rounding * mesh.heights) & (mesh.counts > 3))
+    return bent
+
+
+def _crossed(mesh, triangles):
+    """(p,) Whether polygons cross themselves."""
+    size = np.linalg.norm(mesh.normals, axis=1)
+    of = mesh.polygons[triangles[:, 0]]
+    some = np.flatnonzero((mesh.counts > 3)[of])
+    a, b, c = (mesh.vertices[mesh.corners[triangles[some, k]]] for k in range(3))
+    parts = np.bincount(of[some], np.linalg.norm(cross(b - a, c - a), axis=1) / 2, len(mesh.counts))
+    return parts > CROSSED * size + mesh.rounding * mesh.heights
 
 
 def _cut_up(mesh, triangles, cut):

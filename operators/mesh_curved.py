@@ -11,10 +11,13 @@ from .mesh_flat import CREASE, crease, dot
 from .mesh_topology import connected
 
 ROUNDED = np.radians(44)  # shallower creases may be those of a rounded side; chamfers (45 degrees) and octagons are not
-MOST_FACETS = 8  # that shallow creases may link: more are a rounded side and not meant as planes
+MOST_FACETS = 24  # that shallow creases may link and still be meant as flat: a column of 24 sides, bevels of a box
 SMOOTH = np.radians(65)  # the same of creases that are shaded smooth: a hexagonal column is round, a cube is not
 FEWEST_SMOOTH = 5  # smooth facets that are a rounded side
-LARGE = 10  # times the median area of its chain: a group is flat all the same
+REMNANTS = 8  # small flat groups that a component may have whose most groups are curved
+LARGE = 10  # times the median area of its chain: a group is flat all the same, if it is shaded flat,
+HUGE = 100  # and so many times however it is shaded
+SHADED_FLAT = 0.1  # rad; shading normals of something flat are off by no more
 SAME_SHADING = 1e-2  # shading normals on both sides of an edge that differ by less are one
 MOST_FLAT = 1000  # flat groups in an object; with more, those of less than one such part of its area are left to a mesh
 
@@ -30,12 +33,16 @@ def curved(groups, unit, source, shading):
     face_a, face_b = groups.faces.polygons[a], groups.faces.polygons[b]
     bend = np.arctan2(crease(unit, face_a, face_b), dot(unit[face_a], unit[face_b]) * _same_way(groups.faces, a, b))
     links = groups.of_corner[a], groups.of_corner[b]
-    out = _chained(groups, links, bend <= ROUNDED, MOST_FACETS + 1)
+    large = np.full(groups.count, LARGE)
+    if shading is not None:
+        off = np.abs(shading[source] - unit[groups.faces.polygons]).max(axis=1) > SHADED_FLAT
+        large[groups.of_corner[off]] = HUGE
+    out = _chained(groups, links, bend <= ROUNDED, MOST_FACETS + 1, large)
     if shading is not None:
         smooth = (bend > CREASE) & (bend <= SMOOTH)
         smooth[smooth] = _is_smooth(groups.faces, a[smooth], b[smooth], source, shading)
-        out |= _chained(groups, links, smooth, FEWEST_SMOOTH)
-    out |= _remnants(groups, out)
+        out |= _chained(groups, links, smooth, FEWEST_SMOOTH, large)
+    out |= _remnants(groups, out, large)
     small = ~out & (groups.area < groups.area.sum() / MOST_FLAT)
     return out | small if np.count_nonzero(~out) > MOST_FLAT else out
 
@@ -45,21 +52,21 @@ def _same_way(faces, a, b):
     return np.where((faces.corners[a] < faces.following[a]) != (faces.corners[b] < faces.following[b]), 1.0, -1.0)
 
 
-def _chained(groups, links, linked, fewest):
+def _chained(groups, links, linked, fewest, large):
     """(g,) Whether groups are small parts of chains of at least so many."""
     chain = connected(groups.count, links[0][linked], links[1][linked])
     many = np.bincount(chain, minlength=groups.count)[chain] >= fewest
-    return many & ~(groups.area > LARGE * _median(groups.area, chain))
+    return many & ~(groups.area > large * _median(groups.area, chain))
 
 
-def _remnants(groups, out):
+def _remnants(groups, out, large):
     """(g,) Small groups of components that are curved for the most part, where they are many."""
     part = np.empty(groups.count, np.int64)
     part[groups.label] = groups.faces.components
     count = int(part.max()) + 1
     curved_ones, rest = np.bincount(part, out, count), np.bincount(part, ~out, count)
-    broken = (curved_ones > rest) & (rest > MOST_FACETS)
-    return broken[part] & ~(groups.area > LARGE * _median(groups.area, part))
+    broken = (curved_ones > rest) & (rest > REMNANTS)
+    return broken[part] & ~(groups.area > large * _median(groups.area, part))
 
 
 def _median(values, label):

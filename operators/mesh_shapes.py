@@ -1,4 +1,4 @@
-"""What a mesh is: UV spheres, parallelograms, polygons and the rest, found from its arrays alone. numpy only, no bpy."""
+"""What a mesh is: UV spheres, parallelograms, polygons and the rest, from its arrays alone. numpy only, no bpy."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,7 +20,7 @@ LEAST_SPHERE = 9  # flat groups that the coarsest one has, and a box has not
 @dataclass(frozen=True, eq=False)
 class MeshShape:
     """What is neither round nor flat, local: vertices (n, 3), triangles (t, 3), and the shading normals (t, 3, 3) of
-    their corners; faces: how many faces they are."""
+    their corners; faces: how many polygons they are."""
 
     vertices: np.ndarray
     triangles: np.ndarray
@@ -70,6 +70,10 @@ class MeshShapes:
         return "PLANE" if planes == 1 else "PLANES"
 
     @property
+    def exactness(self):
+        return "approximate" if self.counts[3] else "exact"
+
+    @property
     def label(self):
         """For the user: UV sphere 32 x 16; plane; 6 planes; 2 UV spheres, 1 plane, 12 polygons, mesh of 300 faces."""
         spheres, planes, polygons, meshes = self.counts
@@ -94,10 +98,10 @@ def find_shapes(vertices, corners, counts, materials=None, grids=None, triangles
     """
     mesh = MeshArrays.make(vertices, corners, counts, materials)
     _check(mesh)
-    triangles = fans(mesh) if triangles is None else np.asarray(triangles, np.int64)
+    triangles = None if triangles is None else np.asarray(triangles, np.int64)
     grids, warnings, welded = {} if grids is None else grids, [], weld(mesh)
     if sphere := _sphere(_without_loose(welded), grids, warnings):
-        return _one(sphere, mesh, triangles)
+        return _one(sphere, mesh, fans(mesh) if triangles is None else triangles)
     found = clean(welded, triangles)
     if found is None:
         raise NotRecognised("has no face with an area; remove it or give it a size")
@@ -272,7 +276,7 @@ class _Source:
         is_used[vertex] = True
         face = self.found.triangle_face[triangle]
         normals = self.unit[face][:, None].repeat(3, axis=1) if self.normals is None else self.normals[corner]
-        faces = int(np.count_nonzero(self.number == shape))
+        faces = len(np.unique(self.welded.polygons[corner[:, 0]]))
         return MeshShape(self.welded.vertices[is_used], (np.cumsum(is_used) - 1)[vertex], normals, faces)
 
 

@@ -6,12 +6,15 @@ import bpy
 import numpy as np
 
 from ..pdm_core import Scene, SceneError
+from ..pdm_core.scene import unit
 from ..pdm_core.signs_of_life import finish, in_thread, mapped
 from .colour_attribute import BakeError
+from .hidden_sides import surfaces_of
 from .materials import read_material, read_world
+from .mesh_shapes import MeshShape
 from .mesh_topology import NotRecognised
 from .read_mesh import gather_mesh, recognise
-from .read_surfaces import pieces_of, surfaces_of, twins
+from .read_surfaces import pieces_of, twins
 from .render_visible import evaluated, render_visible
 
 UNREAD = {"CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME", "GPENCIL", "GREASEPENCIL"}
@@ -23,9 +26,11 @@ SINGLE = 2**-24  # relative rounding of Blender's coordinates and matrices
 class ReadObject:
     """A recognised object, which takes part in the light.
 
-    kind 'SPHERE', 'PLANE', 'PLANES' or 'SHAPES'; label for the user; surfaces: its indices into Scene.surfaces;
-    matrix (4, 4) float64 to the world; polygon_surface (p,): the surface that each polygon of the base mesh faces
-    along its normal; bakeable, or the reason why it is not.
+    kind and label: MeshShapes'; exactness 'exact' or 'approximate', where a part is no sphere, plane or polygon;
+    surfaces: its indices into Scene.surfaces; matrix (4, 4) float64 to the world; bakeable, or the reason why not.
+    corner_surface (c,), triangle_surface (t,): the surface that each corner and triangle of the base mesh faces along
+    its normal, where it is bakeable; corner_normals (c, 3) with which corners are shaded and middles (c, 3) m in the
+    face that each belongs to, in the world, where it is approximate.
     """
 
     object: bpy.types.Object
@@ -34,9 +39,13 @@ class ReadObject:
     label: str
     surfaces: list
     matrix: np.ndarray
-    polygon_surface: np.ndarray
     bakeable: bool
     reason: str
+    exactness: str = "exact"
+    corner_surface: np.ndarray | None = None
+    triangle_surface: np.ndarray | None = None
+    corner_normals: np.ndarray | None = None
+    middles: np.ndarray | None = None
 
     @property
     def mesh(self):
@@ -45,6 +54,13 @@ class ReadObject:
             return self.object.data
         except ReferenceError:
             raise BakeError(f"Object {self.name!r} was removed during the bake; bake again") from None
+
+    @property
+    def polygon_surface(self):
+        """(p,) the surface of the first corner of each polygon of the base mesh."""
+        first = np.empty(len(self.mesh.polygons), np.int32)
+        self.mesh.polygons.foreach_get("loop_start", first)
+        return self.corner_surface[first]
 
 
 @dataclass(eq=False)
@@ -137,9 +153,9 @@ def _gather(meshes, depsgraph, reading, baked):
 def _recognise(raw, reading):
     """Generator of the fraction done; returns [MeshObject] of the recognised; the others go to reading.refused."""
     found, grids, done = [], {}, 0
-    total = sum(len(mesh.arrays[1]) for mesh in raw)
+    total = sum(len(mesh.arrays.corners) for mesh in raw)
     for mesh in raw:
-        size = len(mesh.arrays[1])
+        size = len(mesh.arrays.corners)
         try:
             if size < LARGE:
                 found.append(recognise(mesh, grids))
@@ -159,7 +175,7 @@ def _accept(found, looks, reading):
         for name in mesh.shape_materials:
             users.setdefault(name, {})[mesh.object.name] = None
         own = [looks[name] for name in mesh.shape_materials]
-        pieces = pieces_of(mesh.object.name, mesh.matrix, mesh.shapes, own)
+        pieces = pieces_of(mesh.object.name, mesh.shape_matrix, mesh.shapes, own)
         problems = [problem for piece in pieces if (problem := piece.shape.problem())]
         if all(look.is_volume for look in own):
             reading.refused.append((mesh.object.name, "has only a volume shader, which takes no part in this light"))
@@ -194,19 +210,29 @@ def _without_twins(taken, reading):
 
 
 def _read_object(mesh, indices, is_wanted):
-    facing = np.array([sides[0] for sides in indices])
     reason = mesh.reason or ("" if is_wanted else "is not among the objects to bake")
-    return ReadObject(
+    read = ReadObject(
         object=mesh.object,
         name=mesh.object.name,
         kind=mesh.shapes.kind,
         label=mesh.shapes.label,
         surfaces=[index for sides in indices for index in sides],
         matrix=mesh.matrix,
-        polygon_surface=facing[mesh.polygon_shape],
         bakeable=not reason,
         reason=reason,
+        exactness=mesh.shapes.exactness,
     )
+    if mesh.baked:
+        side = np.array([(sides[0], sides[-1]) for sides in indices])
+        baked, linear = mesh.baked, mesh.matrix[:3, :3]
+        read.corner_surface = side[baked.corner_shape, baked.corner_back.astype(int)]
+        read.triangle_surface = side[baked.triangle_shape, baked.triangle_back.astype(int)]
+        if baked.normals is not None:
+            is_mesh = np.array([isinstance(shape, MeshShape) for shape in mesh.shapes.shapes])
+            normals = unit(np.einsum("ci,ij->cj", baked.normals, np.linalg.pinv(linear)))
+            read.corner_normals = np.where(is_mesh[baked.corner_shape, None], normals, 0.0)  # what is exact has its own
+            read.middles = baked.middles @ linear.T + mesh.matrix[:3, 3]
+    return read
 
 
 def _note_unread(visible, depsgraph, reading):

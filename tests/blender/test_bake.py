@@ -254,18 +254,18 @@ def test_linked_mesh_is_not_baked(tmp_path):
 def test_a_scene_with_nothing_to_bake_says_why():
     with pytest.raises(RuntimeError, match="Nothing to bake"):
         bpy.ops.pdm.bake()
-    scenes.cone("Cone")
-    with pytest.raises(RuntimeError, match="Cone"):
+    scenes.wire("Wire")
+    with pytest.raises(RuntimeError, match="Wire"):
         bpy.ops.pdm.bake()
 
 
 def test_a_refused_object_is_named_in_the_report():
     scenes.lit_ball()
-    scenes.cone("Cone")
+    scenes.wire("Wire")
     report = bake()
-    assert [entry["name"] for entry in report["refused"]] == ["Cone"]
+    assert [entry["name"] for entry in report["refused"]] == ["Wire"]
     assert len(report["refused"][0]["reason"]) > 10
-    assert "Radiosity" not in bpy.data.objects["Cone"].data.color_attributes
+    assert "Radiosity" not in bpy.data.objects["Wire"].data.color_attributes
 
 
 def test_report_counts_what_was_written():
@@ -307,11 +307,11 @@ def test_a_target_that_is_missed_is_warned_of_once():
 
 def test_scan_lists_what_the_bake_will_take():
     scenes.lit_ball()
-    scenes.cone("Cone")
+    scenes.wire("Wire")
     assert bpy.ops.pdm.scan() == {"FINISHED"}
     scan = bpy.context.scene.pdm_radiosity.scan()
     assert {o["name"] for o in scan["objects"]} == {"Floor", "Ball", "Lamp"}
-    assert [r["name"] for r in scan["refused"]] == ["Cone"]
+    assert [r["name"] for r in scan["refused"]] == ["Wire"]
 
 
 def test_closing_the_steps_early_changes_nothing(addon):
