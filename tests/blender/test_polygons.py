@@ -207,17 +207,17 @@ def test_doubled_faces_and_faces_without_area_are_said(read):
 
 def test_shading_decides_where_a_mesh_is_read_off(read, points):
     """Smooth: once a vertex. Flat: once a face corner, each with a normal and a point of its own face."""
-    bpy.ops.mesh.primitive_torus_add(major_segments=24, minor_segments=8)
+    bpy.ops.mesh.primitive_torus_add(major_segments=32, minor_segments=12)
     obj = bpy.context.object
     obj.data.shade_smooth()
     found, (surface,) = only(read())
     smooth = points(found)
-    assert smooth.domain == "POINT" and len(smooth.points) == 24 * 8
+    assert smooth.domain == "POINT" and len(smooth.points) == 32 * 12
     np.testing.assert_allclose(np.linalg.norm(smooth.normals, axis=1), 1, atol=1e-6)
     obj.data.shade_flat()
     found, (surface,) = only(read())
     flat = points(found)
-    assert flat.domain == "CORNER" and len(flat.points) == 24 * 8 * 4
+    assert flat.domain == "CORNER" and len(flat.points) == 32 * 12 * 4
     triangle, _ = surface.shape.nearest(flat.inward)
     own = surface.shape.triangle_normals[triangle]
     assert (np.einsum("ki,ki->k", own, flat.normals) > 0.99).all()
