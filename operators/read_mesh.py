@@ -66,14 +66,12 @@ def gather_mesh(obj, depsgraph):
     return raw, materials
 
 
-def recognise(raw, grids):
-    """The MeshObject of a RawMesh, or NotRecognised; arrays alone. grids: a dict kept over all calls: find_sphere."""
+def recognise(raw, known):
+    """The MeshObject of a RawMesh, or NotRecognised; arrays alone. known: a dict kept over all calls."""
     arrays, matrix = raw.arrays, raw.matrix
     if _is_singular(matrix):  # scaled flat: what it is shows in the world only
         arrays, matrix = arrays.flattened(matrix), np.eye(4)
-    shapes = find_shapes(
-        arrays.vertices, arrays.corners, arrays.counts, raw.of_polygon, grids, arrays.triangles, arrays.normals
-    )
+    shapes = _find(arrays, raw.of_polygon, known)
     materials = [raw.materials[k] for k in shapes.material]
     warnings = raw.warnings + shapes.warnings
     found = MeshObject(raw.object, raw.matrix, matrix, shapes, materials, None, raw.reason, warnings)
@@ -83,6 +81,21 @@ def recognise(raw, grids):
         found.baked = baked_of(raw.base, raw.arrays, shapes)
         found.reason = "" if found.baked else f"has faces changed by {raw.changed}; apply or remove it"
     return found
+
+
+def _find(arrays, materials, known):
+    """find_shapes, once for all objects with the same arrays: copies, instances, primitives."""
+    parts = arrays.vertices, arrays.corners, arrays.counts, materials, arrays.normals
+    key = tuple(None if part is None else part.tobytes() for part in parts)
+    if key not in known:
+        vertices, corners, counts, materials, normals = parts
+        try:
+            known[key] = find_shapes(vertices, corners, counts, materials, known, arrays.triangles, normals)
+        except NotRecognised as error:
+            known[key] = error
+    if isinstance(known[key], NotRecognised):
+        raise known[key]
+    return known[key]
 
 
 def _is_singular(matrix):

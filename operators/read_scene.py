@@ -152,15 +152,15 @@ def _gather(meshes, depsgraph, reading, baked):
 
 def _recognise(raw, reading):
     """Generator of the fraction done; returns [MeshObject] of the recognised; the others go to reading.refused."""
-    found, grids, done = [], {}, 0
+    found, known, done = [], {}, 0
     total = sum(len(mesh.arrays.corners) for mesh in raw)
     for mesh in raw:
         size = len(mesh.arrays.corners)
         try:
             if size < LARGE:
-                found.append(recognise(mesh, grids))
+                found.append(recognise(mesh, known))
             else:
-                found.append((yield from mapped(in_thread(recognise, mesh, grids), lambda _, at=done: at / total)))
+                found.append((yield from mapped(in_thread(recognise, mesh, known), lambda _, at=done: at / total)))
         except NotRecognised as error:
             reading.refused.append((mesh.object.name, str(error)))
         done += size
