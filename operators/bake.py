@@ -15,6 +15,7 @@ from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .error_map import error_name, heat_map, names_written
 from .field_at import Field
+from .own_meshes import OwnMeshes
 from .read_scene import read_steps, some
 from .render_visible import render_visible
 from .report import bake_report
@@ -39,6 +40,8 @@ class BakeSettings:
     data_type: str = "FLOAT_COLOR"
     exposure: float = 0.0  # stops
     heat_map: bool = False  # also the estimated error, as colours
+    make_single_user: bool = False  # objects that share a mesh get their own
+    apply_modifiers: bool = False  # what modifiers change is baked as they leave it
 
 
 def bake_steps(context, settings):
@@ -52,7 +55,11 @@ def bake_steps(context, settings):
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
         steps = read_steps(
-            context, settings.objects, {*names_written(settings.attribute), *baked_before(context.scene)}
+            context,
+            settings.objects,
+            {*names_written(settings.attribute), *baked_before(context.scene)},
+            settings.make_single_user,
+            settings.apply_modifiers,
         )
         reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
         targets = find_targets(reading)
@@ -80,6 +87,8 @@ def bake_steps(context, settings):
                 for target, p, v in zip(targets, points, values, strict=True)
             ]
             errors = heat_map(solution, targets, points) if settings.heat_map else None
+            own_meshes = OwnMeshes(context, targets)
+            undo.callback(own_meshes.undo)
             if errors:
                 undo.callback(write_colours(errors.items, error_name(settings.attribute), "FLOAT_COLOR"))
             undo.callback(write_colours(items, settings.attribute, settings.data_type))
@@ -87,6 +96,7 @@ def bake_steps(context, settings):
         report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
         context.scene.pdm_radiosity.keep(report)
         undo.pop_all()
+    own_meshes.commit()
     return report
 
 

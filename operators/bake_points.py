@@ -41,9 +41,7 @@ class BakePoints:
 def corners_of(target):
     """Of `target` (a ReadObject): surface and vertex of each corner (c,), vertices (n, 3) m world, normals and middles
     (c, 3) or None."""
-    vertex = np.empty(len(target.mesh.loops), np.int32)
-    target.mesh.loops.foreach_get("vertex_index", vertex)
-    return target.corner_surface, vertex, world_vertices(target), target.corner_normals, target.middles
+    return target.corner_surface, target.base.corners, world_vertices(target), target.corner_normals, target.middles
 
 
 def bake_points(surface, vertex, world, normals, middles, domain):
@@ -86,8 +84,5 @@ def _numbered(keys, normals):
 
 def world_vertices(target):
     """(n, 3) m: the vertices of `target` (a ReadObject) in the world."""
-    mesh = target.mesh
-    vertices = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", vertices)
     matrix = np.array(target.matrix, np.float64)
-    return vertices.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    return target.base.vertices.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]

@@ -65,12 +65,7 @@ def _error(field, target, points, colours, count, rng):
 def _triangles(target, domain):
     """World corners (t, 3, 3) m of the mesh's triangles, indices (t, 3) of their colours, their surfaces (t,), and
     shading normals (t, 3, 3) or None."""
-    mesh = target.mesh
-    mesh.calc_loop_triangles()
-    found = {}
-    for name in ("vertices", "loops"):
-        found[name] = np.empty(len(mesh.loop_triangles) * 3, np.int32)
-        mesh.loop_triangles.foreach_get(name, found[name])
-    vertices, loops = found["vertices"].reshape(-1, 3), found["loops"].reshape(-1, 3)
+    loops = target.base.triangles
+    vertices = target.base.corners[loops]
     normals = None if target.corner_normals is None else target.corner_normals[loops]
     return world_vertices(target)[vertices], loops if domain == "CORNER" else vertices, target.triangle_surface, normals

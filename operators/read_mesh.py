@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from .mesh_arrays import Arrays, arrays_of
+from .mesh_arrays import Arrays
 from .mesh_match import Baked, baked_of
 from .mesh_shapes import MeshShapes, find_shapes
 from .mesh_topology import FLOAT32, NotRecognised
@@ -15,55 +15,47 @@ BEYOND = 1e15  # m; single precision overflows at 3e38, and the areas of shapes 
 
 
 @dataclass(eq=False)
-class MeshObject:
-    """A recognised object. matrix (4, 4) to the world, shape_matrix that of its shapes; shape_materials: a material's
-    name or None of each shape; baked: how the base mesh lies on the shapes; reason: why it cannot hold a bake, or ''.
+class RawMesh:
+    """A mesh in the scene as copies, which need no Blender any more. name: the object's, or what tells an instance.
+
+    arrays: Arrays of the evaluated mesh; materials: names or None, of_polygon (p,) indices into them; base: Arrays of
+    the mesh that is baked, None where none is, for the reason; changed: what may have changed the mesh; apply: whether
+    what it became is baked then; single_user: whether it gets a mesh of its own when it is baked.
     """
 
+    name: str
     object: bpy.types.Object
     matrix: np.ndarray
-    shape_matrix: np.ndarray
-    shapes: MeshShapes
-    shape_materials: list
-    baked: Baked | None
+    arrays: Arrays
+    materials: list
+    of_polygon: np.ndarray
+    base: Arrays | None = None
+    changed: str = ""
     reason: str = ""
+    apply: bool = False
+    single_user: bool = False
     warnings: list = field(default_factory=list)
 
 
 @dataclass(eq=False)
-class RawMesh:
-    """A mesh object's own data as copies, which need no Blender any more. arrays, base: Arrays of the evaluated mesh
-    and of the one that is baked; materials: names or None, of_polygon (p,) indices into them; changed: what may have
-    changed the mesh; reason: why it cannot hold a bake whatever it is, or ''."""
+class MeshObject:
+    """A recognised RawMesh. shape_matrix (4, 4): of its shapes to the world; shape_materials: a material's name or None
+    of each; base, baked: the mesh that is baked and how it lies on the shapes; reason: why it cannot hold a bake, or
+    ''."""
 
-    object: bpy.types.Object
-    matrix: np.ndarray
-    arrays: Arrays
-    base: Arrays
-    materials: list
-    of_polygon: np.ndarray
-    changed: str
-    reason: str
-    warnings: list
+    raw: RawMesh
+    shape_matrix: np.ndarray
+    shapes: MeshShapes
+    shape_materials: list
+    base: Arrays | None = None
+    baked: Baked | None = None
+    is_applied: bool = False
+    reason: str = ""
+    warnings: list = field(default_factory=list)
 
-
-def gather_mesh(obj, depsgraph):
-    """The RawMesh of a mesh object, and its materials, [Material or None]; or NotRecognised."""
-    evaluated = obj.evaluated_get(depsgraph)
-    matrix = np.array(evaluated.matrix_world, np.float64)
-    if not (np.abs(matrix) < BEYOND).all():
-        raise NotRecognised("has a transform that is not finite or beyond all bounds; clear or repair it")
-    mesh = evaluated.data
-    arrays = arrays_of(mesh)
-    if not (np.abs(arrays.vertices) < BEYOND).all():
-        raise NotRecognised("has vertices that are not finite or beyond all bounds; delete or repair them")
-    if not len(arrays.counts) and not len(obj.data.polygons):
-        raise NotRecognised("has no faces")
-    materials, of_polygon = _materials(evaluated, mesh)
-    names = [material and material.name_full for material in materials]
-    base, changed = arrays_of(obj.data), _modifiers(obj)
-    raw = RawMesh(obj, matrix, arrays, base, names, of_polygon, changed, _unbakeable(obj), _render_differences(obj))
-    return raw, materials
+    @property
+    def name(self):
+        return self.raw.name
 
 
 def recognise(raw, known):
@@ -72,14 +64,17 @@ def recognise(raw, known):
     if _is_singular(matrix):  # scaled flat: what it is shows in the world only
         arrays, matrix = arrays.flattened(matrix), np.eye(4)
     shapes = _find(arrays, raw.of_polygon, known)
-    materials = [raw.materials[k] for k in shapes.material]
-    warnings = raw.warnings + shapes.warnings
-    found = MeshObject(raw.object, raw.matrix, matrix, shapes, materials, None, raw.reason, warnings)
-    if not found.reason:
-        found.reason = _compare(raw)
+    found = MeshObject(raw, matrix, shapes, [raw.materials[k] for k in shapes.material], raw.base)
+    found.reason, found.warnings = raw.reason, raw.warnings + shapes.warnings
+    if raw.reason:
+        return found
+    found.reason = _compare(raw)
     if not found.reason:
         found.baked = baked_of(raw.base, raw.arrays, shapes)
         found.reason = "" if found.baked else f"has faces changed by {raw.changed}; apply or remove it"
+    if found.reason and raw.apply:
+        found.reason, found.is_applied, found.base = "", True, raw.arrays
+        found.baked = baked_of(raw.arrays, raw.arrays, shapes)
     return found
 
 
@@ -103,7 +98,7 @@ def _is_singular(matrix):
     return not scale[2] > FLATTEST * scale[0]
 
 
-def _materials(evaluated, mesh):
+def materials_of(evaluated, mesh):
     """(materials, of_polygon): a list of Material or None, each once, and the index (p,) into it."""
     slots = [slot.material for slot in evaluated.material_slots] or [None]
     names = [m and m.name_full for m in slots]
@@ -112,16 +107,6 @@ def _materials(evaluated, mesh):
     if "material_index" in mesh.attributes:
         mesh.polygons.foreach_get("material_index", index)
     return slots, first[np.clip(index, 0, len(slots) - 1)]
-
-
-def _unbakeable(obj):
-    mesh = obj.data
-    if obj.library or mesh.library or not mesh.is_editable:
-        return "is linked from a library; make it local"
-    users = mesh.users - mesh.use_fake_user
-    if users > 1:
-        return f"shares its mesh with other users ({users} in all); make it a single-user copy"
-    return ""
 
 
 def _compare(raw):
@@ -133,7 +118,7 @@ def _compare(raw):
     return ""
 
 
-def _modifiers(obj):
+def modifiers_of(obj):
     names = [f"modifier {modifier.name!r}" for modifier in obj.modifiers if modifier.show_viewport]
     if obj.data.shape_keys:
         names.append("its shape keys")
@@ -142,7 +127,7 @@ def _modifiers(obj):
     return ", ".join(names) or "its modifiers"
 
 
-def _render_differences(obj):
+def render_differences(obj):
     """Where a render shows what the evaluation for the viewport, which is read, does not."""
     names = [m.name for m in obj.modifiers if m.show_viewport != m.show_render]
     texts = [f"modifier {name!r} differs between viewport and render: the viewport's is read" for name in names]

@@ -107,7 +107,7 @@ def _object_entry(read, item=None, between=0.0, error=0.0):
         "baked": item is not None,
         "reason": read.reason,
         "domain": item.domain if item else "",
-        "vertices": len(read.mesh.vertices) if item else 0,
+        "vertices": len(read.base.vertices) if item else 0,
         "between": between,
         "error": error,
     }

@@ -229,14 +229,23 @@ def test_an_attribute_of_another_kind_is_not_replaced():
     assert len(floor.data.color_attributes) == 0 and len(floor.data.uv_layers) == 1
 
 
-def test_edit_mode_is_refused():
+@pytest.mark.parametrize("mode", ["EDIT", "SCULPT"])
+def test_scripts_leave_the_mode_and_go_back_to_it(mode):
+    """What was edited until then is in the bake."""
     floor, ball, _ = scenes.lit_ball()
+    for obj in (floor, ball):
+        obj.select_set(True)
     bpy.context.view_layer.objects.active = floor
-    bpy.ops.object.mode_set(mode="EDIT")
-    with pytest.raises(RuntimeError, match="'Floor'.*Object Mode"):
-        bpy.ops.pdm.bake()
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.transform.translate(value=(0, 0, -1))
+    assert bpy.ops.pdm.scan() == {"FINISHED"}
+    assert bpy.ops.pdm.bake(target_error=0.05) == {"FINISHED"}
+    assert floor.mode == mode and ball.mode == ("EDIT" if mode == "EDIT" else "OBJECT")
     bpy.ops.object.mode_set(mode="OBJECT")
-    assert len(ball.data.color_attributes) == 0
+    assert len(ball.data.color_attributes) == len(floor.data.color_attributes) == 1
+    assert scenes.vertices(floor)[0, 2] == (-1 if mode == "EDIT" else 0)
 
 
 def test_linked_mesh_is_not_baked(tmp_path):

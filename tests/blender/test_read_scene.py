@@ -416,20 +416,6 @@ def test_edit_mode_must_be_left(read, error):
     assert len(read().objects) == 1
 
 
-def test_shared_meshes_light_but_are_not_baked(read):
-    first = scenes.grid("First")
-    second = bpy.data.objects.new("Second", first.data)
-    second.location.z = 1
-    bpy.context.collection.objects.link(second)
-    first.data.use_fake_user = True
-    bpy.context.view_layer.update()
-    reading = read()
-    assert len(reading.scene) == 4 and reading.refused == []
-    assert all(not o.bakeable and "single-user" in o.reason for o in reading.objects)
-    second.data = second.data.copy()
-    assert all(o.bakeable for o in read().objects)
-
-
 def test_library_data_lights_but_is_not_baked(read, tmp_path):
     scenes.grid("Floor")
     path = tmp_path / "library.blend"
@@ -440,48 +426,6 @@ def test_library_data_lights_but_is_not_baked(read, tmp_path):
     bpy.context.collection.objects.link(linked.objects[0])
     (found,) = read().objects
     assert not found.bakeable and "library" in found.reason and len(found.surfaces) == 2
-
-
-def test_instances_are_refused(read):
-    inner = bpy.data.collections.new("Inner")
-    in_scene = scenes.grid("Inside")
-    bpy.context.collection.objects.unlink(in_scene)
-    inner.objects.link(in_scene)
-    empty = bpy.data.objects.new("Copies", None)
-    empty.instance_type, empty.instance_collection = "COLLECTION", inner
-    bpy.context.collection.objects.link(empty)
-    scenes.grid("Floor")
-    reading = read()
-    assert "Make Instances Real" in refusal(reading, "Copies")
-    assert [o.name for o in reading.objects] == ["Floor"]
-    empty.hide_set(True)
-    assert "Make Instances Real" in refusal(read(), "Copies")
-
-
-def test_instances_on_faces_are_named_and_their_source_is_not_read(read):
-    grid = scenes.grid("Grid", 3)
-    child = scenes.sphere("Child", radius=0.1)
-    child.parent = grid
-    grid.instance_type = "FACES"
-    bpy.context.view_layer.update()
-    reading = read()
-    assert [o.name for o in reading.objects] == ["Grid"]
-    (warning,) = reading.warnings
-    assert "'Grid'" in warning and "9 instances" in warning
-
-
-def test_other_object_types(read):
-    bpy.ops.curve.primitive_bezier_circle_add()
-    bpy.ops.object.text_add()
-    bpy.ops.object.metaball_add()
-    bpy.ops.object.empty_add()
-    bpy.ops.object.camera_add()
-    bpy.ops.object.light_add(type="SUN")
-    reading = read()
-    assert sorted(name for name, _ in reading.refused) == ["BézierCircle", "Mball", "Text"]
-    assert all("convert" in reason for _, reason in reading.refused)
-    (warning,) = reading.warnings
-    assert "'Sun'" in warning and reading.scene is None
 
 
 # --- modifiers ------------------------------------------------------------------------------------------------------
