@@ -7,7 +7,7 @@ from .render_visible import evaluated
 
 
 class OwnMeshes:
-    """Gives ReadObjects that need it a mesh of their own. undo() puts all back; commit() makes it last, and cannot fail."""
+    """Gives ReadObjects that need it a mesh of their own. undo() puts all back, commit() makes it last."""
 
     def __init__(self, context, targets):
         self._given = []  # (object, its mesh before, its own, whether its modifiers are in that)

@@ -138,7 +138,7 @@ def shared():
     first = scenes.grid("First")
     for k, name in enumerate(("Second", "Third"), 1):
         other = bpy.data.objects.new(name, first.data)
-        other.location.z = k
+        other.location.x = 2 * k
         bpy.context.collection.objects.link(other)
     first.data.use_fake_user = True
     bpy.context.view_layer.update()
@@ -162,7 +162,7 @@ def test_each_of_them_may_be_baked_on_a_mesh_of_its_own(read):
     first = shared()
     assert all(o.bakeable and o.is_single_user for o in read(make_single_user=True).objects)
     lamp = scenes.material("Lamp", emission=(1, 1, 1))
-    scenes.grid("Light", 1, 1.0, Matrix.Translation((0, 0, 5)), lamp)
+    scenes.sphere("Light", radius=0.3, matrix=Matrix.Translation((0, 0, 3)), made_of=lamp)
     mesh, before = first.data, len(bpy.data.meshes)
     assert bpy.ops.pdm.bake(make_single_user=True) == {"FINISHED"}
     objects = [bpy.data.objects[name] for name in ("First", "Second", "Third")]
