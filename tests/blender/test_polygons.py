@@ -292,3 +292,31 @@ def test_triangulated_by_a_modifier_and_baked(read, points):
     assert torus.bakeable and wall.bakeable and wall.label == "polygon"
     assert len(torus.corner_surface) == len(obj.data.loops)
     assert len(torus.triangle_surface) == 2 * len(obj.data.polygons)
+
+
+def test_faces_that_overlap_in_a_plane_are_a_mesh(read, points):
+    """A ramp that winds over itself, flattened: its outline crosses itself."""
+    angle = np.linspace(0, 3.5 * np.pi, 40)
+    radius = 1 + 0.03 * angle
+    inner = np.column_stack([0.6 * np.cos(angle), 0.6 * np.sin(angle), 0 * angle])
+    outer = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle])
+    faces = [(k, 40 + k, 41 + k, k + 1) for k in range(39)]
+    from_faces("Ramp", np.vstack([inner, outer]).tolist(), faces)
+    found, surfaces = only(read())
+    assert (found.kind, found.exactness) == ("MESH", "approximate") and found.bakeable
+    assert points(found).normals is not None
+
+
+def test_random_faces_are_read(read, points):
+    """Lattice points: degenerate, doubled, crossing, coplanar faces of all kinds."""
+    rng = np.random.default_rng(6)
+    for k in range(40):
+        vertices = np.round(rng.normal(size=(10, 3)) * 1.5)
+        vertices[:, 2] += 20 * k
+        faces = [tuple(rng.choice(10, rng.integers(3, 6), replace=False).tolist()) for _ in range(8)]
+        from_faces(f"Odd {k}", vertices.tolist(), faces)
+    reading = read()
+    assert len(reading.objects) + len(reading.refused) == 40 and len(reading.refused) < 3
+    for found in reading.objects:
+        read_off = points(found, "CORNER")
+        assert len(read_off.scatter) == len(found.object.data.loops) and np.isfinite(read_off.points).all()
