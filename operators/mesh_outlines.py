@@ -26,8 +26,12 @@ def polygons_of(groups, wanted):
     group, (start, end) = groups.of_corner[corner], groups.ends[:, corner]
     n = len(groups.faces.vertices)
     order = np.argsort(group * n + start)
-    group, start, end = group[order], start[order], end[order]
+    corner, group, start, end = corner[order], group[order], start[order], end[order]
     after = np.searchsorted(group * n + start, group * n + end)  # the border's next corner
+    if (at_odds := groups.pinched[group]).any():  # several begin there
+        place = np.full(len(groups.of_corner), -1)
+        place[corner] = np.arange(len(corner))
+        after[at_odds] = place[groups.around(corner[at_odds])]
     loop, rank = _loops(after)
     order = np.lexsort([rank, loop])
     loop, group, vertex = loop[order], group[order], start[order]
