@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .mesh_flat import dot
+from .mesh_topology import cross
 
 STRAIGHT = 1e-3  # rad; an outline that turns less at a vertex, and is off by no more than the rounding, goes on there
 
@@ -38,7 +39,7 @@ def polygons_of(groups, wanted):
     begin = np.flatnonzero(np.append(True, loop[1:] != loop[:-1]))
     at = groups.faces.vertices[vertex]
     first = at[np.repeat(begin, np.diff(np.append(begin, len(loop))))]
-    area = np.cross(at - first, at[_next(begin, len(loop))] - first) / 2
+    area = cross(at - first, at[_next(begin, len(loop))] - first) / 2
     normal = groups.normal[group[begin]]
     area = dot(np.add.reduceat(area, begin), normal) / np.maximum(groups.area[group[begin]], np.finfo(float).tiny)
     loops, sizes = _straightened(at, begin, groups.faces.rounding)
@@ -82,7 +83,7 @@ def _straightened(at, begin, rounding):
     behind[ahead] = np.arange(len(at))
     before, after = at - at[behind], at[ahead] - at
     chord = at[ahead] - at[behind]
-    twice = np.linalg.norm(np.cross(before, after), axis=1)
+    twice = np.linalg.norm(cross(before, after), axis=1)
     off = twice / np.maximum(np.linalg.norm(chord, axis=1), np.finfo(float).tiny)
     turn = np.arctan2(twice, dot(before, after))
     short = np.minimum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))
