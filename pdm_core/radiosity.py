@@ -11,6 +11,7 @@ from collections import Counter, namedtuple
 import numpy as np
 
 from .checked import SceneError, index, number, vectors
+from .choice import choose
 from .contacts import contacts_of, settle, settled_again
 from .each_surface import OWN, Light, own_errors, worst_of_parts
 from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, source_defect
@@ -19,6 +20,7 @@ from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
+from .rays.solution import ray_steps
 from .scene import Scene, unit
 from .signs_of_life import finish, in_thread, mapped
 from .visibility import Factors, Shafts
@@ -656,6 +658,10 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
     target_error: of the radiance, relative L2 over all surfaces, of L - Le. time_limit: seconds, None for none.
     """
     target_error, time_limit = _check(scene, target_error, time_limit)
+    choice = choose(scene, target_error)
+    if choice.by_rays:
+        steps = ray_steps(scene, target_error, time_limit, choice.why)
+        return (yield from mapped(steps, lambda now: Progress(_done(now[0], target_error), *now)))
     _check_memory(scene)
     state, best = (yield from _set_up(scene, target_error)), _Best(time_limit, target_error)
     try:
@@ -778,9 +784,13 @@ def _ladder(target_error):
 
 def _fraction(state, target_error):
     """How much is done, from the error: a rough guide, as the cost of what is left is not known."""
-    if not np.isfinite(state.error) or state.error <= 0:
+    return _done(state.error, target_error)
+
+
+def _done(error, target_error):
+    if not np.isfinite(error) or error <= 0:
         return 0.0
-    return float(np.clip(target_error / state.error, 0.0, 1.0))
+    return float(np.clip(target_error / error, 0.0, 1.0))
 
 
 def _finish(solution, state, target_error):

@@ -15,13 +15,13 @@ from .facets import Facets
 from .nodes import FINEST, Nodes
 from .placed import Placed
 from .rows import Gathered, Traced, directions
-from .sources import sources_of
+from .sources import relit, sources_of
 
 MEMORY = 1.2e9  # bytes for rays between the nodes
 RAYS, MOST_RAYS = 64, 4096  # directions of a node, of a point where colours are read: at first, at most
 POWER = 0.72  # the error of n directions falls as n to this
 HALF = 0.62  # error of all rays, of what half of them differ from all: every second one is spread less evenly
-SAFETY = 1.5  # of what halves and surpluses tell to what is stated
+SAFETY = 1.9  # of what halves and surpluses tell to what is stated
 CHECKED = 256  # points where the error is found
 SOLVED = 0.02  # relative residual of the linear system, of the target
 STEPS = 60  # of the solver at most
@@ -31,8 +31,10 @@ SHARES = {"rays": 0.5, "nodes": 0.4, "sent": 0.75}  # of the error that is left,
 REACHED = 0.95  # of the target: what is worked towards
 STEP = 32  # of directions where colours are read
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
+DIM = 0.05  # of the mean light: what is darker need not be right to its own
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
-REFINED = 0.5  # of the allowed error of sources, what a refinement leaves
+HALVED = 0.6  # of the error of cells, what halves of them leave
+KEPT_WHOLE = 0.02  # of the square of the error: cells that make no more are not halved
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
 
@@ -93,12 +95,8 @@ class RayState:
         return whole / 4
 
     def link(self):
-        """The rows of all nodes, and what their own light is made of."""
+        """The rows of all nodes, and their own light: direct, and what they send whatever they receive."""
         self.rows = Gathered(self.traced, self.nodes, self.scene)
-        self.relit()
-
-    def relit(self):
-        """Direct light and the sky's at the nodes, and what they send whatever they receive."""
         self.direct = np.einsum("nkc,kc->nc", self.factor, self.light)
         own = self.nodes.surface
         self.shining = np.where(self.by_rays[own, None], self.scene.emission[own], 0.0)
@@ -121,6 +119,10 @@ class RayState:
         square = np.bincount(self.nodes.surface, weight * (reflected**2).sum(axis=1), len(self.scene))
         self.surface_norms = np.sqrt(square)
         self.norm = float(np.sqrt(square.sum()))
+        # of each surface: the square of the error that counts as all, were it as large everywhere
+        areas, reflecting = self.scene.areas, max(self.scene.areas[self.reflects].sum(), 1e-300)
+        mean = np.maximum(square / areas, DIM**2 * self.norm**2 / reflecting)
+        self.own_square = mean * reflecting
         area = self.scene.areas[self.reflects].sum()
         self.level = self.norm / max(np.sqrt(area), 1e-300) / max(rho.max(initial=0.0), 1e-3)
         once = (weight[:, None] * rho * outer).sum()
@@ -170,27 +172,35 @@ class RayState:
         yield from self.look()
         weight, rho, off = self.looked
         unsure = HALF * Gathered(self.looked_rays, nodes, scene).unsure(self.sent)
-        rays = np.sqrt((weight[:, None] * (rho * unsure) ** 2).sum())
-        shadows = np.sqrt((weight * (rho.max(axis=1) * off) ** 2).sum())
+        there = self.places.surface
+        rays = self._relative(there, weight * ((rho * unsure) ** 2).sum(axis=1))
+        shadows = self._relative(there, weight * (rho.max(axis=1) * off) ** 2)
         own = HALF * self.rows.unsure(self.sent)
         reflected = nodes.reflectance * own
         mean = np.linalg.norm((nodes.weight[:, None] * reflected).sum(axis=0)) / np.sqrt(nodes.weight.sum())
         self.node_error = np.linalg.norm(reflected, axis=1)
-        rms = np.sqrt((nodes.weight * self.node_error**2).sum())
+        rms = self._relative(nodes.surface, nodes.weight * self.node_error**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
         self.surplus = nodes.surpluses(self.sent, self.spread * nodes.reflectance.max(axis=1))
-        sent = SOURCE * np.sqrt((self.surplus**2).sum()) * max(1.0, CANCEL * self.gain)
-        norm = max(self.norm, 1e-300)
+        every = np.arange(len(scene))
+        sent = SOURCE * self._relative(every, (self.surplus**2).sum(axis=1)) * max(1.0, CANCEL * self.gain)
         self.parts = {
-            "rays": float(rays / norm),
-            "shadows": float(shadows / norm),
-            "sent": float(sent / norm),
-            "nodes": float((self.gain * dim * mean + CORRELATED * dim * rms) / norm),
+            "rays": rays,
+            "shadows": shadows,
+            "sent": sent,
+            "nodes": float(self.gain * dim * mean / max(self.norm, 1e-300) + CORRELATED * dim * rms),
             "solver": float(self.left),
         }
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
         self._each(rays / max(rms, 1e-300))
         self.history.append((self.elapsed(), self.error))
+
+    def _relative(self, surface, square):
+        """Squares (k,) of errors' L2 norms on surfaces (k,) -> their sum's root, of all light or, where that is more, of
+        each surface's own: what lies in the dark is to be right too."""
+        whole = np.sqrt(square.sum()) / max(self.norm, 1e-300)
+        each = square / np.maximum(self.own_square[surface], 1e-300)
+        return float(max(whole, np.sqrt(each.sum())))
 
     def look(self):
         """Direct light and rays at random points, as where colours are read: once, and anew where that gets finer; yields."""
@@ -217,6 +227,22 @@ class RayState:
         known = self.surface_norms > 0
         relative = np.divide(own, self.surface_norms, out=np.zeros(count), where=known)
         self.surface_errors = SAFETY * np.where(known, np.hypot(relative, rest), 0.0)
+
+    def nothing(self):
+        """Where no light is."""
+        self.error, self.parts, self.surface_errors = 0.0, {}, np.zeros(len(self.scene))
+        self.node_error = np.zeros(len(self.nodes))
+        self.history.append((self.elapsed(), 0.0))
+
+    def take_light(self, scene):
+        """The same shapes under the light of another scene."""
+        self.scene, self.started, self.counts, self.history = scene, time.perf_counter(), Counter(), []
+        self.nodes = self.nodes.of(scene)
+        self.facets = self.nodes.facets
+        self.sources = relit(self.sources, scene)
+        self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
+        self.shares = Shares(self.facets, self.sources, self.counts)
+        self.link()
 
     # -- refinement ----------------------------------------------------------------------------------------------
 
@@ -247,10 +273,10 @@ class RayState:
 
     def refine(self, excess):
         """Halve the cells of the surfaces that hold most of the error of what is sent; yields."""
-        square = self.surplus**2
-        allowed = square.sum() * (REFINED / excess) ** 2
+        square = self.surplus**2 / np.maximum(self.own_square, 1e-300)[:, None]
         order = np.argsort(square, axis=None)
-        worst = order[np.cumsum(square.ravel()[order]) > allowed]
+        kept = np.cumsum(square.ravel()[order]) / max(square.sum(), 1e-300)
+        worst = order[(kept + HALVED**2 * (1 - kept) > (REACHED / excess) ** 2) & (kept > KEPT_WHOLE)]
         along = np.zeros(square.shape, bool)
         along.ravel()[worst] = square.ravel()[worst] > 0
         full = (self.nodes.cells >= FINEST) & ~self.nodes.is_mesh[:, None]

@@ -5,6 +5,7 @@ wherever shadows end, and nothing hangs on single points in corners. Between the
 linear on its faces.
 """
 
+import copy
 from functools import cached_property
 
 import numpy as np
@@ -154,6 +155,14 @@ class Nodes:
         normals = shape.corner_normals.reshape(-1, 3)
         return points[pick], normals[pick], weight
 
+    def of(self, scene):
+        """The same nodes on the same shapes of another scene."""
+        new = copy.copy(self)
+        new.facets = copy.copy(self.facets)
+        new.facets.scene = scene
+        new.__dict__.pop("reflectance", None)
+        return new
+
     def from_place(self, which, j):
         """Receivers of nodes which (k,) at the j-th of their places."""
         return self.places.take(which * PLACES + j % PLACES)
@@ -236,9 +245,7 @@ class Nodes:
     def _alike(self):
         """((cells along both axes), surfaces (k,)) of charts of as many cells; balls apart."""
         some = np.flatnonzero(self.cells[:, 0] > 0)
-        kinds, which = np.unique(
-            np.column_stack([self.cells[some], self.is_ball[some]]), axis=0, return_inverse=True
-        )
+        kinds, which = np.unique(np.column_stack([self.cells[some], self.is_ball[some]]), axis=0, return_inverse=True)
         which = which.reshape(-1)
         return [(tuple(kind[:2]), some[which == k]) for k, kind in enumerate(kinds.tolist())]
 

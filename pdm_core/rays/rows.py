@@ -46,7 +46,11 @@ class Traced:
         new.code = np.full((count, len(self.directions)), MISS, np.int32)
         new.at = np.zeros((count, len(self.directions), 2), np.float32)
         new.cosine = np.zeros((count, len(self.directions)), np.float32)
-        new.code[known], new.at[known], new.cosine[known] = self.code[old[known]], self.at[old[known]], self.cosine[old[known]]
+        new.code[known], new.at[known], new.cosine[known] = (
+            self.code[old[known]],
+            self.at[old[known]],
+            self.cosine[old[known]],
+        )
         return new
 
 

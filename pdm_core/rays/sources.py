@@ -1,5 +1,7 @@
 """What shines: emitting surfaces and lights, each with what it would give unhidden and with points that stand for it."""
 
+import copy
+
 import numpy as np
 
 from ..closed_forms import polygon_unoccluded
@@ -28,7 +30,7 @@ class Emitter(Source):
 
     def __init__(self, facets, index):
         scene = facets.scene
-        self.surface, self.shape = scene.surfaces[index], scene.surfaces[index].shape
+        self.index, self.surface, self.shape = index, scene.surfaces[index], scene.surfaces[index].shape
         super().__init__(scene.emission[index], self.surface.name)
         self.skip = -1 if isinstance(self.shape, Mesh) else scene.shape_of[index]
         self.lift = 0.0
@@ -117,6 +119,20 @@ def kernel(place, normal, points, normals):
     if normal is None:
         return out / square**1.5
     return out * np.maximum(-np.einsum("nki,ki->nk", d, normal), 0.0) / square**2
+
+
+def relit(sources, scene):
+    """The same sources under the light of another scene of the same shapes and lights."""
+    lights, out = iter(scene.lights), []
+    for source in sources:
+        new = copy.copy(source)
+        if isinstance(source, Emitter):
+            new.surface, new.colour = scene.surfaces[source.index], scene.emission[source.index]
+        else:
+            new.light = next(lights)
+            new.colour = np.asarray(new.light.colour, float)
+        out.append(new)
+    return out
 
 
 def sources_of(facets, by_rays):
