@@ -135,7 +135,7 @@ class Mesh(Shape):
         centre = (used.min(axis=0) + used.max(axis=0)) / 2
         return centre, float(np.linalg.norm(used - centre, axis=1).max())
 
-    @property
+    @cached_property
     def marks(self):
         """(12,) m; the same of the same shape."""
         middle = self._points.mean(axis=1)
