@@ -10,7 +10,7 @@ import numpy as np
 from ..pdm_core import solve_steps
 from ..pdm_core.plan import lit
 from ..pdm_core.signs_of_life import in_thread, mapped
-from .bake_points import bake_points, corners_of
+from .bake_points import bake_points, corners_of, joined
 from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .error_map import error_name, heat_map, names_written
@@ -22,9 +22,7 @@ from .report import bake_report
 
 Stage = namedtuple("Stage", "text fraction error")  # error: the current estimated relative error
 
-FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
 LEAST_SECONDS = 1e-3  # of solving, where reading used the time limit up
-CHUNK_SECONDS = 0.08  # a window stays usable when each takes about this long, and larger chunks gain little
 
 
 @dataclass(frozen=True)
@@ -163,18 +161,7 @@ def _solve(scene, settings, spent):
 
 
 def _evaluate(field, points):
-    """[(k, 3) float64 a bake object]: the field where each is read off."""
-    total, done, chunk = sum(len(p.points) for p in points), 0, FIRST_CHUNK
-    values = [np.empty((len(p.points), 3)) for p in points]
-    for p, out in zip(points, values, strict=True):
-        for surface, start, stop in p.runs:
-            while start < stop:
-                begun = time.perf_counter()
-                end = min(start + chunk, stop)
-                out[start:end] = field(surface, *p.some(start, end))
-                done += end - start
-                speed = (end - start) / max(time.perf_counter() - begun, 1e-6)
-                chunk = int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, 128 * FIRST_CHUNK))
-                start = end
-                yield Stage("Evaluating vertices", done / total, field.solution.error)
-    return values
+    """[(k, 3) float64 a bake object]: the field where each is read off, all at once."""
+    error = field.solution.error
+    values = yield from mapped(field.steps(*joined(points)), lambda done: Stage("Evaluating vertices", done, error))
+    return np.split(values, np.cumsum([len(p.points) for p in points])[:-1])

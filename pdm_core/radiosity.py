@@ -21,6 +21,7 @@ from .gather import Detail, Gather, Received
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
 from .rays.solution import ray_steps
+from .read_off import ReadOff
 from .scene import Scene, unit
 from .signs_of_life import finish, in_thread, mapped
 from .visibility import Factors, Shafts
@@ -69,10 +70,12 @@ SMALLER = "leave small objects out of the scene (hide them from renders) or join
 GRACE = 0.1, 0.15  # of the time limit, and s, for a first solution: then it is said that there is none
 FULL = "the field is as fine as the memory allows"
 FACTORS = 1 << 10  # of lights, and of the background as many as there are shapes, between two signs of life
-EVALUATE = 1 << 13  # points evaluated at once
+EVALUATE = 1 << 13  # points evaluated at once, at most
+FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
+CHUNK_SECONDS = 0.08  # a window stays usable when each takes about this long, and larger chunks gain little
 
 
-class Solution:
+class Solution(ReadOff):
     """Radiance everywhere on the scene's surfaces; see `solve`."""
 
     def __init__(self, state):
@@ -91,19 +94,16 @@ class Solution:
         norm = self.surface_norms[surfaces]
         return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
 
-    def radiance(self, surface_index, points):
-        """points (n, 3) m, projected onto the surface -> outgoing radiance (n, 3)"""
-        surface = self.scene.surfaces[index(surface_index, len(self.scene), "surface_index")]
-        return surface.emission + surface.reflectance * self.incident(surface_index, points)
-
-    def incident(self, surface_index, points):
-        """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side"""
-        index(surface_index, len(self.scene), "surface_index")
-        points = vectors(points, "points") - self._state.origin
-        out = np.empty((len(points), 3))
-        for start in range(0, len(points), EVALUATE):
-            part = slice(start, start + EVALUATE)
-            out[part] = self._state.incident(np.full(len(points[part]), surface_index), points[part])
+    def incident_steps(self, surface, points, normals=None, inward=None):
+        """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
+        out, done, chunk = np.empty((len(points), 3)), 0, FIRST_CHUNK
+        while done < len(points):
+            begun = time.perf_counter()
+            part = slice(done, done + chunk)
+            out[part] = self._state.incident(surface[part], points[part] - self._state.origin)
+            speed = chunk / max(time.perf_counter() - begun, 1e-6)
+            done, chunk = done + chunk, int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, EVALUATE))
+            yield done / len(points)
         return np.maximum(out, 0.0)
 
     def estimated_error(self, surface_index, points):

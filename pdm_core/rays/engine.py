@@ -10,6 +10,7 @@ from collections import Counter
 import numpy as np
 
 from ..numerics import gmres
+from ..plan import RAY_MEMORY
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
 from .nodes import FINEST, Nodes
@@ -17,7 +18,6 @@ from .placed import Placed
 from .rows import Gathered, Traced, directions
 from .sources import relit, sources_of
 
-MEMORY = 1.2e9  # bytes for rays between the nodes
 RAYS, MOST_RAYS = 64, 4096  # directions of a node, of a point where colours are read: at first, at most
 POWER = 0.72  # the error of n directions falls as n to this
 HALF = 0.62  # error of all rays, of what half of them differ from all: every second one is spread less evenly
@@ -262,7 +262,7 @@ class RayState:
     def trace_finer(self):
         """Four times the directions at the nodes, where memory has room; yields."""
         count = 4 * len(self.traced.directions)
-        if Traced.bytes_for(len(self.nodes), count) > MEMORY:
+        if Traced.bytes_for(len(self.nodes), count) > RAY_MEMORY:
             return False
         self.traced = Traced(len(self.nodes), directions(count))
         every = np.arange(len(self.nodes))
@@ -284,7 +284,7 @@ class RayState:
         if not along.any():
             return False
         nodes, old = self.nodes.refined(along)
-        if Traced.bytes_for(len(nodes), len(self.traced.directions)) > MEMORY or len(nodes) == len(self.nodes):
+        if Traced.bytes_for(len(nodes), len(self.traced.directions)) > RAY_MEMORY or len(nodes) == len(self.nodes):
             return False
         self.nodes = nodes
         yield from self.extend(old)

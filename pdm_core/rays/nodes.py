@@ -13,7 +13,7 @@ import numpy as np
 from ..mesh import Mesh
 from ..polygon import Polygon
 from ..scene import Sphere, square_lattice
-from .bundles import Receivers, ball_place
+from .bundles import ball_place
 from .placed import Placed
 
 FINEST = 256  # cells along an axis
@@ -152,7 +152,7 @@ class Nodes:
         last = np.append(begin[1:], len(order)) - 1
         pick = np.clip(np.searchsorted(cumulated, want), begin[:, None], last[:, None])
         pick = order[pick[:, np.argsort(square_lattice(PLACES)[:, 0])]]  # in an order that the first few are spread
-        normals = shape.corner_normals.reshape(-1, 3)
+        normals = scene.surfaces[k].sign * shape.corner_normals.reshape(-1, 3)
         return points[pick], normals[pick], weight
 
     def of(self, scene):

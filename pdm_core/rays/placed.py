@@ -18,7 +18,7 @@ TRIANGLES = 1 << 18  # pairs of points and triangles compared at once
 class Placed(Receivers):
     """Receivers at points (n, 3) m near surfaces (n,): points on them, at exact places (n, 3) m in the scene.
 
-    normals (n, 3): shading normals of points on meshes, nan or None for the mesh's own; middle (n, 3) m: a point of
+    normals (n, 3): shading normals of points on meshes, of the surface's side, nan or None for the mesh's own; middle (n, 3) m: a point of
     the face that a point of a mesh belongs to, nan or None for the nearest.
     """
 
@@ -93,17 +93,17 @@ class _Place:
             known = np.isfinite(middle).all(axis=1)
             toward = np.where(known[:, None], points + INNER * (np.nan_to_num(middle) - points), points)
         triangle, bary = shape.nearest(toward)
-        smooth = np.einsum("nk,nki->ni", bary, shape.corner_normals[triangle])
+        flat = sign * shape.triangle_normals[triangle]
+        smooth = sign * np.einsum("nk,nki->ni", bary, shape.corner_normals[triangle])
         if normals is not None:
             given = np.isfinite(normals).all(axis=1) & (np.abs(np.nan_to_num(normals)).max(axis=1) > 0)
             smooth = np.where(given[:, None], np.nan_to_num(normals), smooth)
         length = np.linalg.norm(smooth, axis=1, keepdims=True)
-        flat = shape.triangle_normals[triangle]
         smooth = np.where(length > 1e-12, smooth / np.maximum(length, 1e-300), flat)
         place = np.einsum("nk,nki->ni", inner(bary), shape.vertices[shape.triangles[triangle]])
         lift = np.maximum(LIFTED * np.sqrt(shape.areas[triangle]), KEPT * self.tolerance)
         # off the face, or along the light's own normal where faces meet in a ridge
-        return place + sign * lift[:, None] * (flat + smooth) / 2, sign * smooth
+        return place + lift[:, None] * (flat + smooth) / 2, smooth
 
 
 def inner(bary):

@@ -6,11 +6,12 @@ import time
 import numpy as np
 
 from ..checked import SceneError, index, vectors
-from ..plan import Plan
+from ..plan import plan_by_rays
+from ..read_off import ReadOff
 from ..scene import Scene, unit
 from ..signs_of_life import finish, in_thread, mapped
 from .bundles import Receivers
-from .engine import MEMORY, RayState
+from .engine import RayState
 from .placed import Placed
 
 ROUNDS = 12  # refinements at most
@@ -18,7 +19,7 @@ GRACE = 0.1, 0.15  # of the time limit, and s, for a first solution: then it is 
 READ_AT_ONCE = 1 << 16  # points: their rays go together
 
 
-class RaySolution:
+class RaySolution(ReadOff):
     """Radiance everywhere on the scene's surfaces, as pdm_core.Solution; by rays."""
 
     def __init__(self, state, plan):
@@ -34,25 +35,8 @@ class RaySolution:
         norm = self.surface_norms[surfaces]
         return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
 
-    def radiance(self, surface_index, points, normals=None, inward=None):
-        """points (n, 3) m, projected onto the surface -> outgoing radiance (n, 3); normals, inward as incident"""
-        surface = self.scene.surfaces[index(surface_index, len(self.scene), "surface_index")]
-        points = vectors(points, "points")
-        incident = self.incident(surface_index, points, normals, inward)
-        on = surface.shape.project(points)
-        return surface.emission_at(on) + surface.reflectance_at(on) * incident
-
-    def incident(self, surface_index, points, normals=None, inward=None):
-        """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side.
-
-        On a mesh: normals (n, 3), to shade by; inward (n, 3) m, a point of the face that each belongs to."""
-        index(surface_index, len(self.scene), "surface_index")
-        points = vectors(points, "points")
-        surface = np.full(len(points), surface_index)
-        return finish(self.incident_steps(surface, points, normals, inward))
-
     def incident_steps(self, surface, points, normals=None, inward=None):
-        """As incident, of points on surfaces (n,): generator of the fraction done."""
+        """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
         out, n = np.empty((len(points), 3)), max(len(points), 1)
         for start in range(0, len(points), READ_AT_ONCE):
             part = slice(start, start + READ_AT_ONCE)
@@ -121,7 +105,7 @@ class RayApproach:
 
     def __init__(self, scene, target_error, reason=""):
         self.state, self.target = RayState(scene, target_error), target_error
-        self.plan, self.best = plan_of(self.state, target_error, reason), None
+        self.plan, self.best = plan_by_rays(scene, target_error, reason), None
 
     def steps(self):
         """Generator with a sign of life a bundle."""
@@ -164,33 +148,6 @@ def ray_steps(scene, target_error, time_limit, why):
             "raise the time limit or the target error"
         )
     return solution
-
-
-def plan_of(state, target, reason):
-    """The Plan of a solution by rays."""
-    scene, facets = state.scene, state.facets
-    meshes = int((facets.shape[: facets.count] >= 0).sum())
-    lights = int((scene.emission > 0).any(axis=1).sum())
-    result = Plan(reached=np.ones(len(scene), bool))
-    say = result.lines.append
-    say(
-        f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights + len(scene.lights)}, target: {100 * target:g} %"
-    )
-    say(f"indirect light by bundles of parallel rays, {reason}")
-    say(f"facets that rays may meet: {meshes}, balls: {len(facets.ball_centre)}")
-    black = int((scene.reflectance == 0).all(axis=1).sum())
-    if black:
-        say(f"black surfaces, which send nothing on: {black}")
-    if not lights and not scene.lights and scene.sky is None and not (scene.background > 0).any():
-        say("nothing shines: all is dark, no work")
-    if scene.sky is None and not (scene.background > 0).any():
-        say("no background light: directions that leave the scene carry nothing")
-    say(f"nodes: {len(state.nodes)} at first; memory for the rays between them: at most {MEMORY / 1e6:.0f} MB")
-    result.counts = {
-        "surfaces": len(scene), "lights": lights + len(scene.lights), "black": black, "dark": 0, "channels": 3,
-        "nodes": len(state.nodes), "facets": meshes, "sum tells": False,
-    }  # fmt: skip
-    return result
 
 
 def _relit(old, plan, scene):
