@@ -5,9 +5,19 @@ import bpy
 from . import command_line
 from .bake_operator import PDM_OT_bake, PDM_OT_scan, stop_bake
 from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
+from .preview_material import PDM_OT_preview_material
 from .settings import PDM_PG_scene
+from .show_colours import PDM_OT_show_colours
 
-CLASSES = (PDM_PG_scene, PDM_OT_bake, PDM_OT_scan, PDM_OT_convergence, PDM_OT_convergence_page)
+CLASSES = (
+    PDM_PG_scene,
+    PDM_OT_bake,
+    PDM_OT_scan,
+    PDM_OT_show_colours,
+    PDM_OT_preview_material,
+    PDM_OT_convergence,
+    PDM_OT_convergence_page,
+)
 
 
 def register():

@@ -13,6 +13,7 @@ from .colour_attribute import BakeError
 from .read_scene import read_scene
 from .report import one_line, scan_result
 from .settings import SETTING_NAMES, BakeProperties
+from .show_colours import show
 
 TICK = 0.02  # s between timer events
 SLICE = 0.05  # s of work at each
@@ -22,6 +23,8 @@ NAVIGATION = set("MOUSEMOVE MIDDLEMOUSE WHEELUPMOUSE WHEELDOWNMOUSE TRACKPADPAN 
 class Steps:
     """Mixed into operators whose work is a generator of Stages: at once in scripts, in slices with a progress bar in a
     window. make_steps(context) is the generator, done(context, result) reports what it returns."""
+
+    in_window = False  # started by a button
 
     @classmethod
     def poll(cls, context):
@@ -38,6 +41,7 @@ class Steps:
 
     def invoke(self, context, event):
         self.steps = self.make_steps(context)
+        self.in_window = True
         self.begun, PDM_OT_bake.history = time.perf_counter(), []
         PDM_OT_bake.stage = Stage("Reading the scene", 0.0, float("inf"))
         self.timer = context.window_manager.event_timer_add(TICK, window=context.window)
@@ -113,6 +117,8 @@ class PDM_OT_bake(BakeProperties, Steps, Operator):
         for warning in report["warnings"]:
             self.report({"WARNING"}, warning)
         self.report({"INFO"}, one_line(report))
+        if self.in_window and context.scene.pdm_radiosity.show_after_bake:
+            show(context.screen)
         return {"FINISHED"}
 
 

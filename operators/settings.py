@@ -107,6 +107,11 @@ SETTING_NAMES = tuple(BakeProperties.__annotations__)
 class PDM_PG_scene(BakeProperties, PropertyGroup):
     """`scene.pdm_radiosity`: the sidebar's settings, and what was last found and done, saved with the file."""
 
+    show_after_bake: BoolProperty(
+        name="Show When Done",
+        description="After a bake by the button, switch the 3D views of the screen to the baked colours",
+        default=True,
+    )
     last_report: StringProperty(
         name="Last Report",
         description="The report of the last bake of this scene as JSON, the same as --report writes",

@@ -5,8 +5,10 @@ from bpy.types import Panel
 from ..operators.bake_operator import PDM_OT_bake
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from ..operators.graph_image import graph
+from ..operators.preview_material import any_preview
 from ..operators.report import counted, one_line, percent
 from ..operators.settings import SETTING_NAMES
+from ..operators.show_colours import is_shown
 from .previews import picture
 from .wrapped import wrapped
 
@@ -43,6 +45,13 @@ class PDM_PT_bake(_Sidebar, Panel):
         operator = row.operator(PDM_OT_bake.bl_idname, icon="RENDER_STILL")
         for name in SETTING_NAMES:
             setattr(operator, name, getattr(settings, name))
+        row = layout.row(align=True)
+        row.operator("pdm.show_colours", icon="HIDE_OFF", depress=is_shown(context.screen))
+        row.prop(settings, "show_after_bake", text="", icon="AUTO")
+        row = layout.row(align=True)
+        row.operator("pdm.preview_material", icon="MATERIAL").remove = False
+        if any_preview():
+            row.operator("pdm.preview_material", text="Remove Preview", icon="X").remove = True
 
 
 class PDM_PT_objects(_Sidebar, Panel):
