@@ -8,6 +8,7 @@ from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from .preview_material import PDM_OT_preview_material
 from .settings import PDM_PG_scene
 from .show_colours import PDM_OT_show_colours
+from .subdivide import PDM_OT_subdivide
 
 CLASSES = (
     PDM_PG_scene,
@@ -15,6 +16,7 @@ CLASSES = (
     PDM_OT_scan,
     PDM_OT_show_colours,
     PDM_OT_preview_material,
+    PDM_OT_subdivide,
     PDM_OT_convergence,
     PDM_OT_convergence_page,
 )

@@ -49,14 +49,14 @@ def gather_mesh(obj, depsgraph):
     if not (np.abs(matrix) < BEYOND).all():
         raise NotRecognised("has a transform that is not finite or beyond all bounds; clear or repair it")
     mesh = evaluated.data
-    arrays = _arrays(mesh)
+    arrays = mesh_arrays(mesh)
     if not (np.abs(arrays[0]) < BEYOND).all():
         raise NotRecognised("has vertices that are not finite or beyond all bounds; delete or repair them")
     if not len(arrays[2]) and not len(obj.data.polygons):
         raise NotRecognised("has no faces")
     materials, of_polygon = _materials(evaluated, mesh)
     names = [material and material.name_full for material in materials]
-    base, changed = _arrays(obj.data), _modifiers(obj)
+    base, changed = mesh_arrays(obj.data), _modifiers(obj)
     raw = RawMesh(obj, matrix, arrays, base, names, of_polygon, changed, _unbakeable(obj), _render_differences(obj))
     return raw, materials
 
@@ -72,7 +72,7 @@ def recognise(raw, grids):
     return found
 
 
-def _arrays(mesh):
+def mesh_arrays(mesh):
     """vertices (n, 3) float32, corners (c,), counts (p,) of a Mesh."""
     vertices = np.empty(3 * len(mesh.vertices), np.float32)
     mesh.vertices.foreach_get("co", vertices)
