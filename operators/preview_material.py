@@ -4,13 +4,14 @@ import bpy
 from bpy.props import BoolProperty
 from bpy.types import Operator
 
+from .modal_steps import Idle
 from .preview_nodes import MADE, MARK, add_preview, has_preview, make_material, remove_preview
 from .report import counted
 
 NAME = "Baked Light"  # of the material that objects without one get
 
 
-class PDM_OT_preview_material(Operator):
+class PDM_OT_preview_material(Idle, Operator):
     """Show the baked colours in EEVEE and Cycles: adds nodes to the materials of the baked objects, which are taken out
     again by Remove Preview. The bake does not take them for light"""
 
@@ -27,7 +28,7 @@ class PDM_OT_preview_material(Operator):
         if not context.scene.pdm_radiosity.last_report:
             cls.poll_message_set("Bake first")
             return False
-        return True
+        return super().poll(context)
 
     def execute(self, context):
         if self.remove:

@@ -8,6 +8,7 @@ from bpy.types import Operator
 
 from .colour_attribute import BakeError
 from .finer_mesh import finer_size, refine
+from .modal_steps import Idle
 from .report import counted
 from .settings import SETTING_NAMES
 
@@ -115,7 +116,7 @@ def _become(mesh, other):
     work.free()
 
 
-class PDM_OT_subdivide(Operator):
+class PDM_OT_subdivide(Idle, Operator):
     """Give the meshes that are too coarse for the baked light the vertices they need. Shapes, UVs, materials and
     attributes stay as they are"""
 
