@@ -1,10 +1,30 @@
 """The sidebar's list of objects: what each is, how far off its colours are between the vertices, why it is refused."""
 
-import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 from bpy.types import PropertyGroup
 
-from .mend import mend_for
+# Nothing here may lead to the module bpy: 4.2 keeps the class that these are properties of, and crashes at exit where
+# that keeps bpy.
+
+WAYS = {  # what the reason says: (what is done, the button)
+    "single-user copy": ("SINGLE_USER", "Make Single User"),
+    "apply or remove it": ("APPLY", "Apply Modifiers"),
+    "recalculate them": ("RECALCULATE", "Recalculate Normals"),
+    "normals face away": ("FLIP", "Flip Normals"),
+    "loose vertices": ("LOOSE", "Delete Loose"),
+    "convert it to a mesh": ("CONVERT", "Convert to Mesh"),
+    "make them real": ("REAL", "Make Instances Real"),
+    "make it local": ("LOCAL", "Make Local"),
+}
+LABELS = dict(WAYS.values())
+
+
+def mend_for(reason):
+    """The way that helps against a reason, or ''."""
+    if "its parent" in reason:  # it would go on deforming what was applied
+        return ""
+    return next((way for words, (way, _) in WAYS.items() if words in reason), "")
+
 
 AWAY = "is lit only from the side that its normals face away from: the baked side stays black"
 
@@ -66,7 +86,3 @@ def select_listed(settings, context):
         other.select_set(False)
     obj.select_set(True)
     view_layer.objects.active = obj
-
-
-def is_gone(name):
-    return bpy.context.view_layer.objects.get(name) is None

@@ -5,26 +5,8 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Operator
 
+from .listed import LABELS
 from .modal_steps import Idle
-
-WAYS = {  # what the reason says: (what is done, the button)
-    "single-user copy": ("SINGLE_USER", "Make Single User"),
-    "apply or remove it": ("APPLY", "Apply Modifiers"),
-    "recalculate them": ("RECALCULATE", "Recalculate Normals"),
-    "normals face away": ("FLIP", "Flip Normals"),
-    "loose vertices": ("LOOSE", "Delete Loose"),
-    "convert it to a mesh": ("CONVERT", "Convert to Mesh"),
-    "make them real": ("REAL", "Make Instances Real"),
-    "make it local": ("LOCAL", "Make Local"),
-}
-LABELS = dict(WAYS.values())
-
-
-def mend_for(reason):
-    """The way that helps against a reason, or ''."""
-    if "its parent" in reason:  # it would go on deforming what was applied
-        return ""
-    return next((way for words, (way, _) in WAYS.items() if words in reason), "")
 
 
 class PDM_OT_mend(Idle, Operator):
@@ -35,7 +17,7 @@ class PDM_OT_mend(Idle, Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     object: StringProperty(name="Object")
-    way: EnumProperty(name="Way", items=[(way, label, "") for way, label in WAYS.values()])
+    way: EnumProperty(name="Way", items=[(way, label, "") for way, label in LABELS.items()])
 
     def execute(self, context):
         obj = context.view_layer.objects.get(self.object)
@@ -54,9 +36,12 @@ class PDM_OT_mend(Idle, Operator):
         return {"FINISHED"}
 
 
-def _alone(context, obj):
-    """The context in which Blender's operators take `obj` alone."""
-    return context.temp_override(object=obj, active_object=obj, selected_objects=[obj], selected_editable_objects=[obj])
+def _select(context, obj):
+    """Blender's operators work on what is selected."""
+    for other in context.view_layer.objects.selected:
+        other.select_set(False)
+    obj.select_set(True)
+    context.view_layer.objects.active = obj
 
 
 def _single_user(context, obj):
@@ -96,13 +81,13 @@ def _loose(work):
 
 
 def _convert(context, obj):
-    with _alone(context, obj):
-        bpy.ops.object.convert(target="MESH")
+    _select(context, obj)
+    bpy.ops.object.convert(target="MESH")
 
 
 def _real(context, obj):
-    with _alone(context, obj):
-        bpy.ops.object.duplicates_make_real()
+    _select(context, obj)
+    bpy.ops.object.duplicates_make_real()
 
 
 def _local(context, obj):

@@ -6,9 +6,9 @@ from ..operators.bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from ..operators.example_room import PDM_OT_example_room
 from ..operators.graph_image import graph
-from ..operators.listed import is_gone
+from ..operators.listed import LABELS
 from ..operators.look import is_dark, is_empty, panel_shown, summary
-from ..operators.mend import LABELS, PDM_OT_mend
+from ..operators.mend import PDM_OT_mend
 from ..operators.modal_steps import CATEGORY, current
 from ..operators.preview_material import PDM_OT_preview_material, any_preview
 from ..operators.report import counted, percent
@@ -119,7 +119,7 @@ class PDM_PT_advanced(_Part, Panel):
 class PDM_UL_objects(UIList):
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
         row = layout.row()
-        row.active = not is_gone(item.name)
+        row.active = not _is_gone(context, item.name)
         row.label(text=item.name, icon=ICONS.get(item.kind, "MESH_DATA") if item.kind else "CANCEL")
         value = row.row()
         value.alignment = "RIGHT"
@@ -148,10 +148,14 @@ class PDM_PT_objects(_Part, Panel):
         layout.operator(PDM_OT_scan.bl_idname, icon="FILE_REFRESH")
 
 
+def _is_gone(context, name):
+    return context.view_layer.objects.get(name) is None
+
+
 def _chosen(layout, context, item):
     """What the row clicked is, and what mends it."""
     box = layout.box().column()
-    if is_gone(item.name):
+    if _is_gone(context, item.name):
         wrapped(box, context, f"{item.name} was removed or renamed", "ERROR")
         return
     wrapped(box, context, f"{item.name}: {item.label}" if item.label else item.name)
