@@ -9,7 +9,7 @@ import numpy as np
 
 from ..pdm_core import solve_steps
 from ..pdm_core.plan import lit
-from ..pdm_core.signs_of_life import in_thread, mapped
+from ..pdm_core.signs_of_life import finish, in_thread, mapped
 from .bake_points import bake_points, corners_of, joined
 from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
@@ -18,7 +18,7 @@ from .field_at import Field
 from .own_meshes import OwnMeshes
 from .read_scene import read_steps, some
 from .render_visible import render_visible
-from .report import bake_report
+from .report import bake_report, scan_result
 
 Stage = namedtuple("Stage", "text fraction error")  # error: the current estimated relative error
 
@@ -42,10 +42,11 @@ class BakeSettings:
     apply_modifiers: bool = False  # what modifiers change is baked as they leave it
 
 
-def bake_steps(context, settings):
+def bake_steps(context, settings, enough=lambda: False):
     """Generator: yields Stage(text, fraction, error) often, returns the report (dict, see report.py).
 
-    Nothing in the file changes before the very end: closing the generator cancels. Raises BakeError, SceneError.
+    Nothing in the file changes before the very end: closing the generator cancels. enough(): True ends solving with
+    the best so far. Raises BakeError, SceneError.
     """
     seconds = {}
     for name in names_written(settings.attribute, settings.heat_map):
@@ -65,13 +66,13 @@ def bake_steps(context, settings):
             for name in names_written(settings.attribute, settings.heat_map):
                 check_target(target.object, name)
         check_light(context, reading)
-        yield from _check_sides(reading, targets)
+        away = yield from _check_sides(reading, targets)
         points = []
         for target in targets:
             steps = in_thread(bake_points, *corners_of(target), settings.domain)
             points.append((yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))))
     with _timed(seconds, "solve"):
-        solution = yield from _solve(reading.scene, settings, seconds["read"])
+        solution = yield from _solve(reading.scene, settings, seconds["read"], enough)
     with _timed(seconds, "evaluate"):
         field = Field(solution, settings.quantity)
         values = yield from _evaluate(field, points)
@@ -92,6 +93,7 @@ def bake_steps(context, settings):
             undo.callback(write_colours(items, settings.attribute, settings.data_type))
         report = bake_report(context, settings, reading, solution, between, items, points, seconds)
         report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
+        report |= {"lights": lights_in(reading), "facing_away": away}
         context.scene.pdm_radiosity.keep(report)
         undo.pop_all()
     own_meshes.commit()
@@ -102,6 +104,26 @@ def baked_before(scene):
     """Names of the colour attributes that the last bake of the scene wrote."""
     last = scene.pdm_radiosity.report()
     return set(names_written(last["settings"]["attribute"])) if last else set()
+
+
+def look_at_steps(context):
+    """Generator of the fraction done; returns what the sidebar lists before a bake: scan_result with `lights`."""
+    reading = yield from read_steps(context, baked=baked_before(context.scene))
+    return {**scan_result(reading), "lights": lights_in(reading)}
+
+
+def look_at_scene(context):
+    return finish(look_at_steps(context))
+
+
+def lights_in(reading):
+    """{count: objects and lights that shine, sky: whether light comes from outside} of a Reading."""
+    scene = reading.scene
+    if scene is None:
+        return {"count": 0, "sky": False}
+    shining = (scene.emission > 0).any(axis=1)
+    count = sum(bool(shining[o.surfaces].any()) for o in reading.objects) + len(scene.lights)
+    return {"count": count, "sky": bool((scene.background > 0).any())}
 
 
 def check_light(context, reading):
@@ -116,7 +138,8 @@ def check_light(context, reading):
 
 
 def _check_sides(reading, targets):
-    """Warns of objects whose normals face away from all light that comes to them; yields. BakeError where all do."""
+    """Warns of objects whose normals face away from all light that comes to them, returns their names; yields.
+    BakeError where all do."""
     steps = in_thread(lit, reading.scene)
     reached = yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))
     away = [
@@ -125,7 +148,7 @@ def _check_sides(reading, targets):
         if reached[target.surfaces].any() and not reached[np.unique(target.corner_surface)].any()
     ]
     if not away:
-        return
+        return away
     text = (
         f"Light comes only to the sides that the normals of {some('object', away)} face away from, and the baked sides "
         "stay black; flip the normals (Edit Mode, Mesh > Normals > Flip)"
@@ -133,6 +156,7 @@ def _check_sides(reading, targets):
     if len(away) == len(targets):
         raise BakeError(text)
     reading.warnings.append(text)
+    return away
 
 
 @contextmanager
@@ -153,10 +177,10 @@ def find_targets(reading):
     return targets
 
 
-def _solve(scene, settings, spent):
+def _solve(scene, settings, spent, enough):
     """spent: seconds of the time limit that reading took."""
     limit = max(settings.time_limit - spent, LEAST_SECONDS) if settings.time_limit else None
-    steps = solve_steps(scene, settings.target_error, limit)
+    steps = solve_steps(scene, settings.target_error, limit, enough)
     return (yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
 
 

@@ -652,10 +652,11 @@ def _worst(field, error, allowed):
     return leaves[order[np.cumsum(part[order]) > allowed**2]]
 
 
-def solve_steps(scene, target_error=1e-2, time_limit=None):
+def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False):
     """Generator of Progress at least ten times a second; returns the Solution. Closing it cancels.
 
     target_error: of the radiance, relative L2 over all surfaces, of L - Le. time_limit: seconds, None for none.
+    enough(): asked at every step; True ends with the best so far, once there is one.
     """
     target_error, time_limit = _check(scene, target_error, time_limit)
     choice = choose(scene, target_error)
@@ -663,7 +664,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None):
         steps = ray_steps(scene, target_error, time_limit, choice.why)
         return (yield from mapped(steps, lambda now: Progress(_done(now[0], target_error), *now)))
     _check_memory(scene)
-    state, best = (yield from _set_up(scene, target_error)), _Best(time_limit, target_error)
+    state, best = (yield from _set_up(scene, target_error)), _Best(time_limit, target_error, enough)
     try:
         for _ in _approach(state, best, target_error):
             yield Progress(_fraction(state, target_error), state.error, state.elapsed())
@@ -687,8 +688,8 @@ class _OutOfTime(Exception):
 class _Best:
     """The best solution so far, and the time until which a better one is looked for."""
 
-    def __init__(self, time_limit, target_error):
-        self.solution, self.limit, self.target = None, time_limit, target_error
+    def __init__(self, time_limit, target_error, enough=lambda: False):
+        self.solution, self.limit, self.target, self.enough = None, time_limit, target_error, enough
 
     def add(self, state):
         """Take the solution at hand, unless an earlier one is better: out of memory, finer lights cost elsewhere."""
@@ -699,6 +700,8 @@ class _Best:
         return max(state.error, self.target), state.misses()
 
     def check_time(self, state):
+        if self.solution is not None and self.enough():
+            raise _OutOfTime
         over = self.limit is not None and state.elapsed() - self.limit
         if over and over > 0 and self.solution is not None:
             raise _OutOfTime
