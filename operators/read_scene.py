@@ -8,10 +8,12 @@ import numpy as np
 from ..pdm_core import Scene, SceneError
 from ..pdm_core.signs_of_life import finish, in_thread, mapped
 from .colour_attribute import BakeError
-from .materials import read_material, read_world
+from .materials import read_material
 from .mesh_topology import NotRecognised
+from .read_lights import read_lights
 from .read_mesh import gather_mesh, recognise
 from .read_surfaces import pieces_of, surfaces_of, twins
+from .read_world import world_steps
 from .render_visible import evaluated, render_visible
 
 UNREAD = {"CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME", "GPENCIL", "GREASEPENCIL"}
@@ -50,13 +52,15 @@ class ReadObject:
 @dataclass(eq=False)
 class Reading:
     """scene: a pdm_core.Scene, None where nothing is recognised; objects: [ReadObject]; refused: [(name, reason)],
-    left out of the light; warnings: [sentence]; hidden: how many mesh objects a render does not show."""
+    left out of the light; warnings: [sentence]; hidden: how many mesh objects a render does not show; lights: [(name,
+    Blender's type)] of all that shine."""
 
     scene: Scene | None
     objects: list = field(default_factory=list)
     refused: list = field(default_factory=list)
     warnings: list = field(default_factory=list)
     hidden: int = 0
+    lights: list = field(default_factory=list)
 
 
 def read_scene(context, objects="ALL", baked=()):
@@ -85,21 +89,24 @@ def read_steps(context, objects="ALL", baked=()):
     with evaluated(context, visible) as depsgraph:  # what is hidden is shown meanwhile: no other hand may come between
         raw, looks = _gather(meshes, depsgraph, reading, frozenset(baked))
         _note_unread(visible, depsgraph, reading)
-        background = _background(context.scene, depsgraph, reading)
+        lights = _lights(visible, depsgraph, reading)
+    background, suns = yield from _background(context.scene, reading)
     found = yield from _recognise(raw, reading)
     taken = _accept(found, looks, reading)
     everything = [piece for _, pieces in taken for piece in pieces]
-    reading.scene, indices = yield from mapped(in_thread(_scene_of, everything, background), lambda _: 1.0)
+    reading.scene, indices = yield from mapped(
+        in_thread(_scene_of, everything, background, [*lights, *suns]), lambda _: 1.0
+    )
     for mesh, pieces in taken:
         own, indices = indices[: len(pieces)], indices[len(pieces) :]
         reading.objects.append(_read_object(mesh, own, mesh.object in wanted))
     return reading
 
 
-def _scene_of(pieces, background):
+def _scene_of(pieces, background, lights):
     """The Scene of [Piece], None where there is none, and the indices of each one's surfaces."""
     surfaces, indices = surfaces_of(pieces)
-    return Scene(surfaces, background, rounding=SINGLE) if surfaces else None, indices
+    return Scene(surfaces, background, rounding=SINGLE, lights=lights) if surfaces else None, indices
 
 
 def _wanted(view_layer, meshes, objects):
@@ -210,7 +217,7 @@ def _read_object(mesh, indices, is_wanted):
 
 
 def _note_unread(visible, depsgraph, reading):
-    """What a render shows and we do not read: instances, particles, lights."""
+    """What a render shows and we do not read: instances, particles."""
     made = {}
     for instance in depsgraph.object_instances:
         if instance.is_instance and instance.object.type in UNREAD | {"MESH"}:
@@ -224,19 +231,25 @@ def _note_unread(visible, depsgraph, reading):
             reading.warnings.append(f"Object {name!r} {text}")
         elif name not in refused:
             reading.refused.append((name, text))
-    lights = [obj.name for obj in visible if obj.type == "LIGHT"]
-    if lights:
-        reading.warnings.append(f"{some('Light', lights)} left out: use emissive materials instead")
     for obj in visible:
         if obj.type == "MESH" and len(obj.particle_systems):
             reading.warnings.append(f"Object {obj.name!r}: its particles are left out")
 
 
-def _background(scene, depsgraph, reading):
-    world = scene.world and scene.world.evaluated_get(depsgraph)
-    background, warnings = read_world(world)
-    reading.warnings += [f"World {world.name!r}: {text}" for text in warnings]
-    return background
+def _lights(visible, depsgraph, reading):
+    """[Light] of the scene's lamps."""
+    found = read_lights(visible, depsgraph)
+    reading.warnings += [f"{some('Light', names)} {text}" for text, names in found.told.items()]
+    reading.lights += [(light.name, kind) for light, kind in zip(found.lights, found.kinds, strict=True)]
+    return found.lights
+
+
+def _background(scene, reading):
+    """Generator of the fraction done; returns the background of a Scene, and the suns of its world [SunLight]."""
+    found = yield from mapped(world_steps(scene.world), lambda _: 0.0)
+    reading.warnings += [f"World {scene.world.name!r}: {text}" for text in found.warnings]
+    reading.lights += [(sun.name, "SUN") for sun in found.suns]
+    return found.background, found.suns
 
 
 def some(what, names, most=3):

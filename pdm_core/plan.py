@@ -11,6 +11,7 @@ from .scene import Scene
 from .visibility import Shafts
 
 MEMORY = 1.4e9  # bytes for the light between the nodes; all of a run stays below 2 GB
+LAMP_POINTS = 64  # of a surface, of which one must face a lamp
 PROPORTIONAL = 1e-12  # relative difference of channels that counts as none
 
 
@@ -52,7 +53,7 @@ def plan(scene, target_error=1e-2, shafts=None):
     say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
     if black:
         say(f"black surfaces, which send nothing on: {black}")
-    if not lights and not (scene.background > 0).any():
+    if not lights and not scene.lights and not (scene.background > 0).any():
         say("nothing shines: all is dark, no work")
     elif not reached.all():
         say(f"surfaces left out because no light reaches them: {(~reached).sum()}")
@@ -88,8 +89,9 @@ def reached_by_light(scene, shafts):
     """(n surfaces,) False where no light can come, directly or over other surfaces, whatever the visibility between."""
     if (scene.background > 0).any():
         return np.ones(len(scene), bool)
-    reached = np.zeros(len(scene), bool)
+    reached = _reached_by_lamps(scene)
     sending, asked = (scene.emission > 0).any(axis=1), np.zeros(len(scene), bool)
+    sending |= reached & (scene.reflectance > 0).any(axis=1)
     while len(new := np.flatnonzero(sending & ~asked)):
         for a in new:  # a row at a time bounds the memory
             reached |= shafts.may_see(a)
@@ -98,12 +100,24 @@ def reached_by_light(scene, shafts):
     return reached
 
 
+def _reached_by_lamps(scene):
+    """(n surfaces,) whether any of some points of each faces a lamp."""
+    lamps = [light for light in scene.lights if (light.colour > 0).any()]
+    if not lamps:
+        return np.zeros(len(scene), bool)
+    points = [surface.shape.spread(LAMP_POINTS) for surface in scene.surfaces]
+    normals = np.concatenate([s.normals(x) for s, x in zip(scene.surfaces, points)])
+    light = sum(lamp.unoccluded(np.concatenate(points), normals) for lamp in lamps)
+    return (light.reshape(len(scene), LAMP_POINTS) > 0).any(axis=1)
+
+
 def proportional_channels(scene):
     """Channels to solve for, indices (c,), and what makes all three of them, (c, 3): others are their multiples.
 
     Channel b is one of a where every reflectance is the same in both and all light of b is k times that of a.
     """
-    light = np.concatenate([scene.emission, scene.background[None]])
+    lamps = np.array([lamp.colour for lamp in scene.lights]).reshape(-1, 3)
+    light = np.concatenate([scene.emission, scene.background[None], lamps])
     which, made = [], np.zeros((3, 3))
     for b in range(3):
         for a in which:
