@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
+from ..pdm_core.signs_of_life import in_thread
 from ..pdm_core.sky import SkyMap, bilinear, directions_of, places_on_map, reduced, without_suns
 from .image_pixels import ImageError, read_pixels
 from .world_nodes import NotPlain, terms_of
@@ -42,13 +43,14 @@ def world_steps(world):
     except NotPlain as reason:
         yield from _rendered(world, found, reason)
         return found
-    if images:
-        _add_images(found, constant, images, f"Sun of world {world.name}")
+    maps = _pixels_of(images, found.warnings)
+    if maps:
+        values, found.suns = yield from in_thread(_sky_of, constant, maps, f"Sun of world {world.name}")
+        found.background = SkyMap(reduced(values, WIDE))
     else:
-        found.background = constant
-    if np.min(found.background if not images else 0.0) < 0:
+        found.background = np.maximum(constant, 0.0)
+    if (constant < 0).any() or any((image.weight < 0).any() for image, _ in maps):
         found.warnings.append("colours below 0 are taken as 0")
-        found.background = np.maximum(found.background, 0.0)
     return found
 
 
@@ -64,26 +66,25 @@ def _rendered(world, found, reason):
     found.background, found.suns = SkyMap(reduced(values, WIDE)), [*suns, *others]
 
 
-def _add_images(found, constant, images, name):
-    """The map of constant radiance (3,) and of [Image] terms, and the suns that shine in it."""
+def _pixels_of(images, warnings):
+    """[(Image, its pixels (h, w, 3))] of those that can be read."""
     maps = []
     for image in images:
         try:
             maps.append((image, reduced(read_pixels(image.image)[..., :3], FINE)))
         except ImageError as error:
-            found.warnings.append(f"its {error}: it is taken as black")
-    if not maps:
-        found.background = np.maximum(constant, 0.0)
-        return
+            warnings.append(f"its {error}: it is taken as black")
+    return maps
+
+
+def _sky_of(constant, maps, name):
+    """Radiance (h, w, 3) in all directions, of a constant (3,) and images with their pixels, and the suns in it."""
     width = max(pixels.shape[1] for _, pixels in maps)
     shape = (max(width // 2, 2), max(width, 4))
     values = np.broadcast_to(constant, (*shape, 3)).astype(float)
     for image, pixels in maps:
         values += image.weight * _on_map(image, pixels, shape)
-    if (values < 0).any():
-        found.warnings.append("colours below 0 are taken as 0")
-    values, found.suns = without_suns(np.maximum(values, 0.0), name)
-    found.background = SkyMap(reduced(values, WIDE))
+    return without_suns(np.maximum(values, 0.0), name)
 
 
 def _on_map(image, pixels, shape):

@@ -452,8 +452,7 @@ def test_other_object_types(read):
     reading = read()
     assert sorted(name for name, _ in reading.refused) == ["BézierCircle", "Mball", "Text"]
     assert all("convert" in reason for _, reason in reading.refused)
-    (warning,) = reading.warnings
-    assert "'Sun'" in warning and reading.scene is None
+    assert reading.warnings == [] and reading.lights == [("Sun", "SUN")] and reading.scene is None
 
 
 # --- modifiers ------------------------------------------------------------------------------------------------------
