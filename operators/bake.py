@@ -128,12 +128,13 @@ def lights_in(reading):
 
 def check_light(context, reading):
     """Raises BakeError where nothing shines, before the work."""
-    if (reading.scene.emission > 0).any() or (reading.scene.background > 0).any():
+    scene = reading.scene
+    if (scene.emission > 0).any() or (scene.background > 0).any() or scene.lights:
         return
     lamps = [obj.name for obj in render_visible(context.view_layer) if obj.type == "LIGHT"]
-    left_out = f"Blender's lights ({lamps[0]!r}) are left out; " if lamps else ""
+    dark = f"{some('light', lamps)} send{'s' * (len(lamps) == 1)} none (see the warnings); " if lamps else ""
     raise BakeError(
-        f"Nothing shines: {left_out}give an object a material that emits, or the world a colour above black"
+        f"Nothing shines: {dark}add a light, give an object a material that emits, or the world a colour above black"
     )
 
 

@@ -185,7 +185,7 @@ def settled_again(settled, scene):
 
 def _moved(scene, shapes, contacts):
     surfaces = tuple(replace(s, shape=shape) for s, shape in zip(scene.surfaces, shapes))
-    moved = Scene(surfaces, scene.background, scene.rounding)
+    moved = Scene(surfaces, scene.sky or scene.background, scene.rounding, scene.lights)
     object.__setattr__(moved, "tolerance", contacts.tolerance)
     object.__setattr__(moved, "_contacts", replace(contacts, scene=moved))
     return moved

@@ -418,6 +418,7 @@ def test_nothing_that_shines_is_said_before_the_work():
     with pytest.raises(RuntimeError, match="Nothing shines.*material that emits"):
         bpy.ops.pdm.bake()
     lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    lamp.data.energy = 0
     bpy.context.collection.objects.link(lamp)
     with pytest.raises(RuntimeError, match="Nothing shines.*'Sun'"):
         bpy.ops.pdm.bake()
