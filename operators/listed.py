@@ -9,9 +9,7 @@ from bpy.types import PropertyGroup
 WAYS = {  # what the reason says: (what is done, the button)
     "single-user copy": ("SINGLE_USER", "Make Single User"),
     "apply or remove it": ("APPLY", "Apply Modifiers"),
-    "recalculate them": ("RECALCULATE", "Recalculate Normals"),
     "normals face away": ("FLIP", "Flip Normals"),
-    "loose vertices": ("LOOSE", "Delete Loose"),
     "convert it to a mesh": ("CONVERT", "Convert to Mesh"),
     "make them real": ("REAL", "Make Instances Real"),
     "make it local": ("LOCAL", "Make Local"),

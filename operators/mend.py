@@ -75,11 +75,6 @@ def _edit(change):
     return mend
 
 
-def _loose(work):
-    bmesh.ops.delete(work, geom=[e for e in work.edges if not e.link_faces], context="EDGES")
-    bmesh.ops.delete(work, geom=[v for v in work.verts if not v.link_faces], context="VERTS")
-
-
 def _convert(context, obj):
     _select(context, obj)
     bpy.ops.object.convert(target="MESH")
@@ -99,9 +94,7 @@ def _local(context, obj):
 _MEND = {
     "SINGLE_USER": _single_user,
     "APPLY": _apply,
-    "RECALCULATE": _edit(lambda work: bmesh.ops.recalc_face_normals(work, faces=work.faces)),
     "FLIP": _edit(lambda work: bmesh.ops.reverse_faces(work, faces=work.faces)),
-    "LOOSE": _edit(_loose),
     "CONVERT": _convert,
     "REAL": _real,
     "LOCAL": _local,

@@ -35,16 +35,16 @@ def test_presets_are_target_errors(settings):
 
 def test_a_row_says_what_it_is_and_a_click_selects_it(settings):
     floor, ball, lamp = scenes.lit_ball()
-    cone = scenes.cone("Cone")
+    wire = scenes.wire("Wire")
     bpy.ops.pdm.scan()
     rows = listed(settings)
-    assert list(rows) == ["Cone", "Floor", "Ball", "Lamp"]  # refused ones first
-    assert rows["Cone"].reason and not rows["Cone"].kind and rows["Ball"].kind == "SPHERE"
+    assert list(rows) == ["Wire", "Floor", "Ball", "Lamp"]  # refused ones first
+    assert rows["Wire"].reason and not rows["Wire"].kind and rows["Ball"].kind == "SPHERE"
     assert all(row.between < 0 for row in rows.values())
     bake()
     rows = listed(settings)
     assert rows["Floor"].is_coarse and rows["Floor"].between > 0.01 and not rows["Lamp"].is_coarse
-    for obj in (floor, lamp, cone):
+    for obj in (floor, lamp, wire):
         obj.select_set(True)
     settings().listed_index = list(rows).index("Ball")
     assert bpy.context.selected_objects == [ball] and bpy.context.view_layer.objects.active == ball
@@ -54,7 +54,7 @@ def test_the_line_on_top(addon, settings):
     look = addon("operators.look")
     look.watch.__init__()
     scenes.lit_ball()
-    scenes.cone("Cone")
+    scenes.wire("Wire")
     bpy.ops.pdm.scan()
     assert look.summary(settings())[1] == "3 objects, 1 light, 1 refused"
     assert not look.is_dark(settings()) and not look.is_empty(settings())
@@ -93,8 +93,6 @@ def test_changes_are_noticed_and_read_in_slices(addon, settings):
 MENDED = {
     "SINGLE_USER": "shares its mesh",
     "APPLY": "vertices moved",
-    "RECALCULATE": "recalculate",
-    "LOOSE": "loose",
     "CONVERT": "convert it",
     "FLIP": "normals face away",
 }
@@ -108,23 +106,13 @@ def test_what_is_refused_is_mended_by_its_button(settings, way):
         twin = bpy.data.objects.new("Twin", ball.data)
         twin.location = 0, 0, 10
         bpy.context.collection.objects.link(twin)
+        name = "Twin"
     elif way == "APPLY":
         name = "Crate"
         crate = scenes.box(name, 0.5)
         crate.location = 1.5, 1.5, 1
         crate.modifiers.new("Row", "ARRAY").use_relative_offset = True
         crate.modifiers[0].relative_offset_displace = (-2, 0, 0)
-    elif way == "RECALCULATE":
-        name = "Crate"
-        make = scenes.bmesh.ops.create_grid
-        scenes.add(name, lambda b: (make(b, x_segments=3, y_segments=3, size=0.3), flip_first(b))).location = (
-            1.5,
-            1.5,
-            1,
-        )
-    elif way == "LOOSE":
-        scenes.rebuild(ball, lambda b: (scenes.bmesh.ops.create_uvsphere(b, u_segments=8, v_segments=6, radius=1),
-                                        b.verts.new((0, 0, 3))))  # fmt: skip
     elif way == "CONVERT":
         name = "Curve"
         curve = bpy.data.curves.new(name, "CURVE")
@@ -151,10 +139,6 @@ def test_what_is_refused_is_mended_by_its_button(settings, way):
     bake()
     assert not listed(settings)[name].reason and listed(settings)[name].between >= 0
 
-
-def flip_first(work):
-    work.faces.ensure_lookup_table()
-    scenes.bmesh.ops.reverse_faces(work, faces=work.faces[:1])
 
 
 def test_the_example_room_bakes_at_once(settings):

@@ -23,7 +23,12 @@ def subdivide(addon):
 @pytest.fixture
 def shapes_of(addon):
     """MeshShapes of an object's mesh."""
-    return lambda obj: addon("operators.mesh_shapes").find_shapes(*addon("operators.read_mesh").mesh_arrays(obj.data))
+
+    def find(obj):
+        arrays = addon("operators.mesh_arrays").arrays_of(obj.data)
+        return addon("operators.mesh_shapes").find_shapes(arrays.vertices, arrays.corners, arrays.counts)
+
+    return find
 
 
 def is_whole(mesh, euler):
