@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ..pdm_core.scene import MAX_REFLECTANCE
+from .preview_nodes import before_preview
 
 NO_MATERIAL = 0.8  # the grey that Blender gives an object without material
 FRONT, BACK = 0, 1
@@ -66,23 +67,24 @@ def read_material(material, baked=frozenset()):
     return Appearance(reflectance, light[:, EMITTED], nodes.warnings, is_volume)
 
 
-def read_world(world):
-    """(background radiance (3,), warnings) of a World, or black for None."""
-    if world is None:
-        return np.zeros(3), []
-    if not _uses_nodes(world):
-        return np.array(world.color, float), []
+def node_emission(data):
+    """(what the nodes of a light or world emit (3,), or None where it uses none, warnings), by their plain values"""
+    if not _uses_nodes(data):
+        return None, []
     nodes = _Nodes()
-    output = world.node_tree.get_output_node("CYCLES")
+    output = data.node_tree.get_output_node("CYCLES")
     light = _surface(output, nodes)[FRONT, EMITTED]
-    if output and _source(output.inputs["Volume"]):
+    if output and "Volume" in output.inputs and _source(output.inputs["Volume"]):
         nodes.warn("its volume is left out")
-    return np.maximum(light, 0.0), nodes.warnings
+    return light, nodes.warnings
 
 
 def _uses_nodes(data):
-    # materials and worlds always have nodes from 5.0 on, and asking is deprecated there
-    return data.node_tree is not None and (bpy.app.version >= (5, 0) or data.use_nodes)
+    if data.node_tree is None:
+        return False
+    # materials and worlds always have nodes from 5.0 on, lights later, and asking is deprecated where they do
+    always = bpy.app.version >= (5, 0) and not isinstance(data, bpy.types.Light)
+    return always or getattr(data.bl_rna.properties["use_nodes"], "is_deprecated", False) or data.use_nodes
 
 
 def _surface(output, nodes):
@@ -126,7 +128,7 @@ def _key(output):
 
 
 def _source(socket):
-    """The output socket that feeds an input socket, past reroutes and muted nodes, or None."""
+    """The output socket that feeds an input socket, past reroutes, muted nodes and our preview, or None."""
     passed_by = set()
     while socket.is_linked and not socket.links[0].is_muted:
         output = socket.links[0].from_socket
@@ -134,6 +136,9 @@ def _source(socket):
         if node.name in passed_by:
             return None
         passed_by.add(node.name)
+        if before_preview(node):
+            socket = before_preview(node)
+            continue
         if node.mute:
             passed = [link.from_socket for link in node.internal_links if link.to_socket == output]
         elif node.bl_idname == "NodeReroute":
