@@ -320,3 +320,65 @@ def test_random_faces_are_read(read, points):
     for found in reading.objects:
         read_off = points(found, "CORNER")
         assert len(read_off.scatter) == len(found.object.data.loops) and np.isfinite(read_off.points).all()
+
+
+# --- baked --------------------------------------------------------------------------------------------------------
+
+
+def lamp(height=3.0):
+    light = scenes.material("Lamp", emission=(5, 5, 5))
+    return scenes.sphere("Lamp", radius=0.3, matrix=Matrix.Translation((0, 0, height)), made_of=light)
+
+
+def mean_of(obj, polygons):
+    """Mean red of the corners of some polygons."""
+    values = scenes.colours(obj)[:, 0]
+    loops = [k for p in polygons for k in obj.data.polygons[p].loop_indices]
+    return values[loops].mean()
+
+
+def test_each_side_of_a_doubled_mesh_has_its_own_light():
+    """Its upper faces see the lamp, the lower ones on them do not."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=12, y_subdivisions=12, size=2)
+    sheet = bpy.context.object
+    for vertex in sheet.data.vertices:
+        vertex.co.z = 0.1 * np.sin(3 * vertex.co.x) * np.cos(2 * vertex.co.y)
+    b = bmesh.new()
+    b.from_mesh(sheet.data)
+    made = bmesh.ops.duplicate(b, geom=list(b.faces))
+    bmesh.ops.reverse_faces(b, faces=[g for g in made["geom"] if isinstance(g, bmesh.types.BMFace)])
+    b.to_mesh(sheet.data)
+    b.free()
+    lamp()
+    assert bpy.ops.pdm.bake(target_error=0.05, domain="CORNER") == {"FINISHED"}
+    up = [p.index for p in sheet.data.polygons if p.normal.z > 0]
+    down = [p.index for p in sheet.data.polygons if p.normal.z < 0]
+    assert len(up) == len(down) and mean_of(sheet, up) > 0.02 and mean_of(sheet, down) < 1e-3
+
+
+def test_light_through_a_window_and_not_through_its_wall():
+    wall = window_wall(windows=((2, 2),))
+    wall.location.z = 1.5
+    floor = scenes.grid("Floor", 10, 5.0)
+    lamp()
+    assert bpy.ops.pdm.bake(target_error=0.05, domain="CORNER") == {"FINISHED"}
+    middle = [p.index for p in floor.data.polygons if p.center.length < 0.4]
+    beside = [p.index for p in floor.data.polygons if max(abs(p.center.x), abs(p.center.y)) > 2]
+    seen = 0.8 * 5 * (0.3 / 3) ** 2  # the whole lamp
+    assert mean_of(floor, middle) == pytest.approx(seen, rel=0.1) and mean_of(floor, beside) < 0.1 * seen
+
+
+def test_flat_and_smooth_shaded_meshes_are_baked_as_they_are_shaded():
+    """A hexagonal ring of many facets under a lamp: flat ones end in edges, smooth ones do not."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=7)
+    ball = bpy.context.object
+    ball.data.vertices[5].co *= 1.02  # no exact sphere
+    lamp(4.0)
+    spread = {}
+    for name in ("shade_smooth", "shade_flat"):
+        getattr(ball.data, name)()
+        assert bpy.ops.pdm.bake(target_error=0.02, domain="CORNER") == {"FINISHED"}
+        values = scenes.colours(ball)[:, 0]
+        vertex = np.array([loop.vertex_index for loop in ball.data.loops])
+        spread[name] = max(np.ptp(values[vertex == k]) for k in range(len(ball.data.vertices)))
+    assert spread["shade_smooth"] < 0.02 * spread["shade_flat"]
