@@ -244,6 +244,7 @@ def aligned_rectangles(surfaces, i, j):
     Absolute error about 1e-15 of the larger area over the source's.
     """
     planes = [k for k in np.unique(np.concatenate([i, j])) if isinstance(surfaces[k].shape, Plane)]
+    planes = [k for k in planes if not surfaces[k].shape.half]
     number = np.full(len(surfaces), -1)
     number[planes] = np.arange(len(planes))
     shapes = [surfaces[k].shape for k in planes]
