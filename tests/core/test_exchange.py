@@ -6,6 +6,7 @@ import pytest
 from pdm_core import Mesh, Plane, Polygon, Scene, SceneError, Sphere, Surface, form_factors, pdm_form_factor
 from pdm_core.closed_forms import aligned_rectangles
 from pdm_core.exchange import polygon_exchange
+from pdm_core.facets import facets_of
 from pdm_core.numerics import gauss_square
 
 CORNER = np.array([(0, 0, 0), (3, 0, 0), (3, 1, 0), (1, 1, 0), (1, 3, 0), (0, 3, 0)], float)
@@ -111,6 +112,26 @@ def test_a_square_with_a_square_hole():
     planes -= form_factors(scene(square_, Plane((1, 1, 0), (1, 0, 0), (0, 1, 0)))).F[0, 1]
     f = form_factors(scene(square_, frame), 1e-9).F
     assert abs(f[0, 1] - planes) < 1e-14 and abs(f[1, 0] - planes * 4 / 8) < 1e-14
+
+
+def test_pieces_are_rectangles_where_corners_are_right_angles():
+    windows = [square(0.2, 0.8) + [i, j, 0] for i in range(3) for j in range(2)]
+    wall = np.array([(0, 0, 0), (3, 0, 0), (3, 2, 0), (0, 2, 0)], float)
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    for holes, count, half in (
+        (windows, 11, False),
+        ([windows[0][:3]], 7, True),
+        ([w + [1e-7, 0, 0] for w in windows], 11, False),
+    ):
+        polygon = Polygon(1e3 * wall @ turn, [1e3 * hole @ turn for hole in holes])
+        pieces = facets_of(polygon)
+        assert len(pieces) == count and all(piece.half == half for piece in pieces)
+        assert abs(sum(piece.area for piece in pieces) / polygon.area - 1) < 1e-14
+        assert min(piece.normal @ polygon.normal for piece in pieces) > 1 - 1e-14
+        inner = np.concatenate([piece.corners.mean(axis=0)[None] for piece in pieces])
+        assert polygon.contains(polygon.local(inner)).all()
+    slanted = facets_of(Polygon(CORNER @ [[1, 0, 0], [0.5, 1, 0], [0, 0, 1]]))
+    assert len(slanted) == 4 and all(piece.half for piece in slanted)
 
 
 def test_light_through_a_window():
