@@ -11,7 +11,7 @@ import numpy as np
 from .checked import SceneError, array
 from .closed_forms import cross, divide, dot
 from .coincident import REACHES
-from .ears import triangulated
+from .ears import few_and_convex, triangulated
 from .outlines import crossing, edges_of, enclosed, moments, nearest_on_edges, signed_area, without_repeats
 from .scene import FLATTEST, Shape, square_lattice, unit
 
@@ -222,6 +222,8 @@ class Polygon(Shape):
     def _crossed(self, size):
         """What is wrong with the loops, as a sentence, or None."""
         outline, *holes = loops = self._flat_loops
+        if not holes and few_and_convex(outline / size):
+            return None
         if found := crossing(loops, TOUCHING * size):
             at = [np.concatenate(self._loops)[k].round(6).tolist() for k in found]
             return f"its edges cross each other, those from {at[0]} and {at[1]} on; give it an outline that does not"
