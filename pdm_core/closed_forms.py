@@ -60,7 +60,7 @@ def clip_edges(p, q, height_p, height_q):
     return start, end, leave, enter
 
 
-def _edge_sum(n, p, q):
+def edge_sum(n, p, q):
     """Sum over edges of angle(p, q) * n . unit(p x q); n (3, m), p, q (3, k, m) -> (m,)"""
     c = cross(p, q)
     length = np.sqrt(dot(c, c))
@@ -73,16 +73,16 @@ def _polygon_chunk(x, n, corners):
     height = dot(n[:, None], p)
     cut = (height < 0).any(axis=0)
     if not cut.any():
-        return np.abs(_edge_sum(n, p, q)) / (2 * np.pi)
+        return np.abs(edge_sum(n, p, q)) / (2 * np.pi)
     total = np.zeros(x.shape[1])
     whole = np.flatnonzero(~cut)
-    total[whole] = _edge_sum(n.take(whole, axis=1), p.take(whole, axis=2), q.take(whole, axis=2))
+    total[whole] = edge_sum(n.take(whole, axis=1), p.take(whole, axis=2), q.take(whole, axis=2))
     cut = np.flatnonzero(cut & (height > 0).any(axis=0))  # the rest lies below the horizon: 0
     n, p, q, height = n.take(cut, axis=1), p.take(cut, axis=2), q.take(cut, axis=2), height.take(cut, axis=1)
     start, end, leave, enter = clip_edges(p, q, height, np.roll(height, -1, axis=0))
     # the horizon arc that closes the loop turns about n itself: its contribution is the signed angle
     arc = np.arctan2(dot(n, cross(leave, enter)), dot(leave, enter))
-    total[cut] = _edge_sum(n, start, end) + arc
+    total[cut] = edge_sum(n, start, end) + arc
     return np.abs(total) / (2 * np.pi)
 
 
@@ -255,6 +255,7 @@ def aligned_rectangles(surfaces, i, j):
     Absolute error about 1e-15 of the larger area over the source's.
     """
     planes = [k for k in np.unique(np.concatenate([i, j])) if isinstance(surfaces[k].shape, Plane)]
+    planes = [k for k in planes if not surfaces[k].shape.half]
     number = np.full(len(surfaces), -1)
     number[planes] = np.arange(len(planes))
     shapes = [surfaces[k].shape for k in planes]

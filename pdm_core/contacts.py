@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .scene import Plane, Scene, Sphere, tolerance_of
+from .scene import Scene, Sphere, tolerance_of
 from .view import ShapeTable, against_dome
 
 PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apart by ten
@@ -53,8 +53,11 @@ class Contacts:
         point, shape = entries(self.covers, surface)
         if len(point):
             local, edges = self._local(points[point], shape), self.planes.edges[self.planes.number[shape]]
-            inside = np.abs(local - 0.5) < 0.5 - CLEAR / 2 * self.tolerance / edges
-            out[point[inside.all(axis=1)]] = True
+            margin = CLEAR / 2 * self.tolerance / edges
+            inside = (np.abs(local - 0.5) < 0.5 - margin).all(axis=1)
+            half = self.planes.half[self.planes.number[shape]]
+            inside &= ~half | (local.sum(axis=1) < 1 - margin.sum(axis=1))
+            out[point[inside]] = True
         return out
 
     def clear(self, points, surface):
@@ -73,8 +76,9 @@ class Contacts:
         planes, k = self.planes, self.planes.number[shape]
         normal = toward[:, None] * planes.normal[k]
         height = np.einsum("ni,ni->n", points[point] - planes.corners[k, 0], normal)
-        beyond = np.abs(self._local(points[point], shape) - 0.5) - 0.5
-        on = (np.abs(height) < near) & (beyond < near / planes.edges[k]).all(axis=1)
+        local = self._local(points[point], shape)
+        on = (np.abs(height) < near) & (np.abs(local - 0.5) - 0.5 < near / planes.edges[k]).all(axis=1)
+        on &= ~planes.half[k] | (local.sum(axis=1) - 1 < (near / planes.edges[k]).sum(axis=1))
         point, height, normal = point[on], height[on], normal[on]
         # along its own plane; off a ball, which touches the other plane in one point, straight
         flat = planes.flat[own[point]][:, None]
@@ -140,6 +144,7 @@ class _Planes:
         self.normal = np.array([p.normal for p in planes]).reshape(-1, 3)
         self.inverse = np.array([p.inverse for p in planes]).reshape(-1, 3, 3)
         self.area = np.array([p.area for p in planes])
+        self.half = np.array([p.half for p in planes], bool)
         self.edges = np.linalg.norm(self.corners[:, [1, 3]] - self.corners[:, [0]], axis=2)
         front = np.zeros(len(flat), bool)
         front[scene.shape_of[[s.side == "front" for s in scene.surfaces]]] = True
@@ -174,7 +179,7 @@ def settle(scene):
             matrix[:3, 3] -= origin
             shapes.append(Sphere(matrix))
         else:
-            shapes.append(Plane.through(corners[contacts.planes.number[k]] - origin))
+            shapes.append(shape.moved(corners[contacts.planes.number[k]] - origin))
     return _moved(scene, [shapes[k] for k in scene.shape_of], contacts), origin
 
 
@@ -299,8 +304,8 @@ def _overlap(planes, i, j, tolerance):
     """(k,) Whether planes i, j (k,), in one plane each pair, overlap by more than the tolerance: no edge parts them."""
     deep = np.ones(len(i), bool)
     for of in (i, j):
-        for edge in (1, 3):
-            axis = np.cross(planes.corners[of, edge] - planes.corners[of, 0], planes.normal[of])
+        for start, end in ((0, 1), (0, 3), (1, 2)):  # the last one matters for triangles
+            axis = np.cross(planes.corners[of, end] - planes.corners[of, start], planes.normal[of])
             axis /= np.linalg.norm(axis, axis=1, keepdims=True)
             a, b = (np.einsum("kci,ki->kc", planes.corners[k], axis) for k in (i, j))
             depth = np.minimum(a.max(axis=1) - b.min(axis=1), b.max(axis=1) - a.min(axis=1))
@@ -321,6 +326,7 @@ def _bodies(planes, i, j, tolerance):
     lit = planes.lit[:, None] * planes.normal
     a, b = planes.corners[i], planes.corners[j]
     match = (np.abs(a[:, :, None] - b[:, None]) <= 2 * tolerance).all(axis=3)
+    match[planes.half[i], 3], match[planes.half[j], :, 3] = False, False  # the third corner again
     shared = match.sum(axis=(1, 2)) == 2
     one, other = np.concatenate([i[shared], j[shared]]), np.concatenate([j[shared], i[shared]])
     middle = planes.corners.mean(axis=1)

@@ -20,12 +20,25 @@ def triangulated(loops):
     """
     points = np.concatenate(loops)
     points = (points - points.min(axis=0)) / np.ptp(points, axis=0).max()
+    if len(loops) == 1 and few_and_convex(points):
+        a, b, c, d = points[[0, 1, 2, -1]]
+        if len(points) == 3:
+            return np.array([[0, 1, 2]])
+        first = np.hypot(*(c - a)) <= np.hypot(*(d - b))  # the shorter diagonal
+        return np.array([[0, 1, 2], [0, 2, 3]] if first else [[0, 1, 3], [1, 2, 3]])
     ends = np.cumsum([0, *map(len, loops)])
     rings = [_with_touching(points, np.arange(a, b)) for a, b in zip(ends[:-1], ends[1:])]
     ring = rings[0]
     for hole in sorted(rings[1:], key=lambda hole: -points[hole, 0].max()):
         ring = _bridged(points, ring, hole)
     return _Clipper(points, ring).triangles()
+
+
+def few_and_convex(points):
+    """Whether a loop (k, 2) of an extent of about 1 is a triangle or a convex quadrilateral, counter-clockwise."""
+    if len(points) > 4:
+        return False
+    return bool((_turn(np.roll(points, 1, axis=0), points, np.roll(points, -1, axis=0)) > NEAR).all())
 
 
 def _with_touching(points, ring):

@@ -20,11 +20,16 @@ import numpy as np
 from .checked import SceneError, array, index, number
 from .closed_forms import aligned_rectangles
 from .contacts import contacts_of, settle
+from .exchange import polygon_exchange
+from .facets import facets_of, in_pieces
+from .mesh import Mesh
 from .numerics import gauss_legendre, gauss_square
+from .polygon import Polygon
 from .scene import Plane, Scene, Sphere, Surface
 from .view import ShapeTable, segment_blocked, visible_factors
 from .visibility import Shafts
 
+FLAT = Plane | Polygon
 POINTS = 6  # Gauss points a direction in a cell
 ORDERS = (4, 6, 8, 10, 14, 20)  # Gauss points between two kinks, until two orders agree
 TIGHT = (1e-3, 1e-6)  # tolerances below which the first, and the second, of ORDERS need not be tried
@@ -76,6 +81,8 @@ def form_factors(scene, rtol=1e-4, rows=None):
     if len(wanted) < len(every):
         raise SceneError("form_factors: rows are not all finite; use indices of surfaces")
     start = time.perf_counter()
+    if any(isinstance(s.shape, Polygon | Mesh) for s in scene.surfaces):
+        return _of_pieces(scene, rtol, wanted, start)
     scene = settle(scene)[0]
     shafts, counts = Shafts(scene), Counter()
     n = len(scene)
@@ -87,6 +94,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     planes = np.array([isinstance(s.shape, Plane) for s in scene.surfaces])
     pairwise = planes & ~occluded.any(axis=1) & np.isin(np.arange(n), wanted)
     done = _closed_pairs(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), factors, error, counts)
+    _contours(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), rtol, done, factors, error, counts)
     for left, row in zip(range(len(np.unique(wanted)), 0, -1), np.unique(wanted)):
         targets = np.flatnonzero(~done[row])
         if len(targets):
@@ -103,6 +111,21 @@ def form_factors(scene, rtol=1e-4, rows=None):
     background, factors, error = background[wanted], factors[wanted], error[wanted]
     warnings = _above(scene, wanted, factors, error, rtol)
     return FormFactors(factors, background, error, time.perf_counter() - start, counts, warnings)
+
+
+def _of_pieces(scene, rtol, wanted, start):
+    """As form_factors, of a scene with polygons and meshes: from those between their convex pieces."""
+    pieces, owner = in_pieces(scene)
+    rows = np.flatnonzero(np.isin(owner, wanted))
+    found = form_factors(pieces, rtol, rows)
+    share = np.zeros((len(scene), len(rows)))  # of a surface's area, each piece's
+    share[owner[rows], np.arange(len(rows))] = pieces.areas[rows]
+    share = share[wanted] / share[wanted].sum(axis=1, keepdims=True)
+    whole = np.eye(len(scene))[owner]
+    factors, error = share @ found.F @ whole, share @ found.error @ whole
+    warnings = _above(scene, wanted, factors, error, rtol)
+    seconds = time.perf_counter() - start
+    return FormFactors(factors, share @ found.background, error, seconds, found.counts, warnings)
 
 
 def _above(scene, rows, factors, error, rtol):
@@ -141,6 +164,26 @@ def _closed_pairs(scene, rows, columns, factors, error, counts):
     done[i[known], j[known]] = True
     counts["closed"] += int(known.sum())
     return done
+
+
+def _contours(scene, rows, columns, rtol, done, factors, error, counts):
+    """Fill in the pairs of other planes that lie against nothing, where their contours tell them to rtol; in place."""
+    rows = np.setdiff1d(rows, contacts_of(scene).covers[0])
+    i, j = (a.ravel() for a in np.meshgrid(rows, columns, indexing="ij"))
+    i, j = i[~done[i, j]], j[~done[i, j]]
+    if not len(i):
+        return
+    flat = [scene.surfaces[k] for k in columns]
+    number = np.searchsorted(columns, np.arange(len(scene)))
+    corners = np.array([s.shape.corners if s.side == "front" else s.shape.corners[::-1] for s in flat])
+    normals = np.array([s.sign * s.shape.normal for s in flat])
+    a, b = number[i], number[j]
+    value, wrong = polygon_exchange(corners[a], corners[b], normals[a], normals[b], scene.tolerance)
+    value, wrong = value / scene.areas[i], wrong / scene.areas[i]
+    known = np.flatnonzero(wrong <= rtol * value + LEAST)
+    i, j = i[known], j[known]
+    factors[i, j], error[i, j], done[i, j] = value[known], wrong[known], True
+    counts["closed"] += len(known)
 
 
 def _row(scene, shafts, row, targets, hidden, rtol, most, counts):
@@ -228,7 +271,7 @@ def _kinks(scene, row, targets, hidden):
     None where not all of them are known: on spheres, behind planes, of balls that are hidden; or there are too many.
     """
     plane, found = scene.surfaces[row].shape, []
-    if not isinstance(plane, Plane) or not (hidden >= 0).any():
+    if not isinstance(plane, Plane) or plane.half or not (hidden >= 0).any():
         return None
     for target, occluders in zip(targets, hidden):
         shape = scene.surfaces[target].shape
@@ -373,14 +416,18 @@ def _from_points(scene, shafts, row, points, normals, targets, hidden, kind, cou
 def parametric(surface, st):
     """Points (n, 3) m of a surface at parameters (n, 2) in the unit square, and area vectors dP/ds x dP/dt (n, 3) m^2.
 
-    A plane's are its own; a sphere's are (theta / pi, phi / 2 pi), theta from the pole, as in the paper. The area
-    vectors point out of the side.
+    A plane's are its own, a polygon's those of its bounding rectangle, without area outside it; a sphere's are
+    (theta / pi, phi / 2 pi), theta from the pole, as in the paper. The area vectors point out of the side.
     """
     s, t = st.T
     shape = surface.shape
     if isinstance(shape, Plane):
         area = np.broadcast_to(surface.sign * np.cross(shape.u, shape.v), (len(st), 3))
+        area = area * (1 - t)[:, None] if shape.half else area
         return shape.world(np.column_stack([s, t, 0 * s])), area
+    if isinstance(shape, Polygon):  # a patch that its loops trim
+        area = surface.sign * np.cross(shape.linear[:, 0], shape.linear[:, 1])
+        return shape.world(np.column_stack([s, t, 0 * s])), shape.contains(st)[:, None] * area
     theta, phi = np.pi * s, 2 * np.pi * t
     local = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
     area = 2 * np.pi**2 * np.sin(theta)[:, None] * local
@@ -410,14 +457,14 @@ def published_kernel(x, n, y, m):
 def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occluders=()):
     """The form factor from Surface a to Surface b exactly as published: a float.
 
-    divisions: patches along (s, t) of a plane, (theta, phi) of a sphere; points: Gauss points a direction.
+    divisions: patches along (s, t) of a plane or a polygon, (theta, phi) of a sphere; points: Gauss points a direction.
     occluders: shapes tested against each segment. The error is large where a and b share an edge: see form_factors.
     """
     for surface in (a, b):
         if not isinstance(surface, Surface):
             raise SceneError(f"pdm_form_factor takes two Surfaces, not {surface!r}")
-    if not isinstance(occluders, tuple | list) or not all(isinstance(shape, Plane | Sphere) for shape in occluders):
-        raise SceneError(f"pdm_form_factor: occluders are {occluders!r}; give a list of Planes and Spheres")
+    if not isinstance(occluders, tuple | list) or not all(isinstance(shape, FLAT | Sphere) for shape in occluders):
+        raise SceneError(f"pdm_form_factor: occluders are {occluders!r}; give a list of Planes, Spheres and Polygons")
     counts = [array(k, "pdm_form_factor: divisions and points") for k in (divisions_a, divisions_b, points)]
     whole = all(np.isfinite(k).all() and (k == np.floor(k)).all() and (k >= 1).all() for k in counts)
     if [k.shape for k in counts] != [(2,), (2,), ()] or not whole:
@@ -425,6 +472,7 @@ def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occl
     divisions_a, divisions_b, points = (k.astype(int).tolist() for k in counts)
     pa, na = patch_samples(a, divisions_a, points)
     pb, nb = patch_samples(b, divisions_b, points)
+    occluders = [part for s in occluders for part in (facets_of(s) if isinstance(s, Polygon) else [s])]
     table = ShapeTable(tuple(occluders)) if occluders else None
     total = 0.0
     step = max(1, SEGMENTS_AT_ONCE // len(pb))

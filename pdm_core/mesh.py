@@ -61,9 +61,7 @@ class Mesh(Shape):
         area = np.linalg.norm(np.cross(q - p, r - p), axis=1)
         corners = corners[area > FLATTEST * longest]
         # vertices at one place are one here: doubled faces need not share them, nor begin with the same one
-        place = np.unique(self.vertices, axis=0, return_inverse=True)[1].ravel()
-        name = np.random.default_rng(0).integers(2**63, size=len(place), dtype=np.uint64)[place[self._corner]]
-        key = np.add.reduceat(name, self._start[:-1])
+        key = np.add.reduceat(_names(self.vertices)[self._corner], self._start[:-1])
         first = np.unique(key, return_index=True)[1]
         return corners[np.isin(np.searchsorted(self._start, corners[:, 0], side="right") - 1, first)]
 
@@ -158,7 +156,19 @@ class Mesh(Shape):
 
     def nearest(self, points):
         """points (n, 3) -> nearest triangle (n,), barycentric coordinates (n, 3) of the nearest point on it."""
-        return self._tree.find(np.asarray(points, float))
+        points = np.asarray(points, float)
+        names, corner = self._corner_names
+        found = np.minimum(np.searchsorted(names, name := _names(points)), len(names) - 1)
+        elsewhere = np.flatnonzero(names[found] != name)
+        triangle, weights = corner[found] // 3, np.eye(3)[corner[found] % 3]
+        triangle[elsewhere], weights[elsewhere] = self._tree.find(points[elsewhere])
+        return triangle, weights
+
+    @cached_property
+    def _corner_names(self):
+        """Names (k,), sorted, of the places where triangles have corners, and a corner there of each (k,): what is read
+        off at vertices needs no search."""
+        return np.unique(_names(self.vertices)[self.triangles.ravel()], return_index=True)
 
     def project(self, points):
         """points (n, 3) -> nearest points (n, 3) on the shape."""
@@ -194,13 +204,24 @@ class Mesh(Shape):
         return None
 
 
+def _names(vertices):
+    """(n,) Random 64 bit numbers of vertices (n, 3), the same at the same place."""
+    name = np.zeros(len(vertices), np.uint64)
+    for bits in (vertices + 0.0).T.copy().view(np.uint64):
+        name ^= bits
+        for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):  # the mixing of splitmix64
+            name = (name ^ (name >> np.uint64(shift))) * np.uint64(factor)
+        name += np.uint64(0x9E3779B97F4A7C15)
+    return name ^ (name >> np.uint64(31))
+
+
 def _corners_of(faces, count):
     """faces -> where each begins (f + 1,) in the list of all their corners, vertices (sum of corners,)."""
     try:
-        sizes = np.fromiter((len(face) for face in faces), int)
-        if isinstance(faces, np.ndarray) and faces.dtype != object:
-            corner = array(faces, "Mesh faces").ravel()
+        if isinstance(faces, np.ndarray) and faces.ndim == 2:
+            sizes, corner = np.full(len(faces), faces.shape[1]), array(faces, "Mesh faces").ravel()
         else:
+            sizes = np.array([len(face) for face in faces], int)
             corner = array([k for face in faces for k in face], "Mesh faces")
     except TypeError:
         raise SceneError(f"Mesh faces are {faces!r}; give (f, 3) or a list of corner lists") from None
@@ -225,7 +246,8 @@ def _triangles_of(vertices, start, corner):
             convex = _fans(points, fan)
             if size == 4:
                 other = np.array([[0, 1, 3], [1, 2, 3]])
-                cut[~convex & _fans(points, other)] = other
+                bent = np.flatnonzero(~convex)
+                cut[bent[_fans(points[bent], other)]] = other
             else:
                 for k in np.flatnonzero(~convex):
                     ears = _ears(points[k])

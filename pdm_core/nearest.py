@@ -11,7 +11,7 @@ from .closed_forms import cross, divide, dot
 FEW = 8  # boxes to a box; the smallest hold one triangle each
 POINTS = 4096  # at once
 PAIRS = 1 << 18  # of a point and a box at once
-SLACK = 1e-12  # relative, of squared distances: what rounding loses
+SLACK = 1e-12  # relative: what rounding loses
 BITS = 20  # of a coordinate on the curve: three of them in 64
 
 
@@ -19,8 +19,8 @@ class NearestTriangle:
     """corners (t, 3, 3) m of triangles, looked up by points."""
 
     def __init__(self, corners):
-        self.low_corner, size = corners.min(axis=(0, 1)), np.ptp(corners, axis=(0, 1)).max()
-        self.scale = (2**BITS - 1) / max(size, 1e-300)
+        self.low_corner, self.size = corners.min(axis=(0, 1)), np.ptp(corners, axis=(0, 1)).max()
+        self.scale = (2**BITS - 1) / max(self.size, 1e-300)
         code = self._code(corners.mean(axis=1))
         self.order = np.argsort(code, kind="stable")
         self.code = code[self.order]
@@ -54,20 +54,25 @@ class NearestTriangle:
         return triangle, weights
 
     def _first(self, x):
-        """(m,) Squared distances of points (3, m) from triangles near them."""
+        """Squared distances (m,) of points (3, m) from triangles (m,) near them."""
         last = self.corners.shape[2] - 1
-        best = self._distance2(x, np.minimum(np.searchsorted(self.code, self._code(x.T)), last))[0]
+        guess = np.minimum(np.searchsorted(self.code, self._code(x.T)), last)
+        best = self._distance2(x, guess)[0]
         box = np.zeros(x.shape[1], int)
         for _, _, some in self.levels[-2::-1]:
             child = np.minimum(FEW * box + np.arange(FEW)[:, None], some.shape[1] - 1)
             away = some[:, child] - x[:, None]
             box = np.take_along_axis(child, np.argmin(dot(away, away), axis=0)[None], axis=0)[0]
-        return np.minimum(best, self._distance2(x, box)[0])
+        other = self._distance2(x, box)[0]
+        return np.minimum(best, other), np.where(other < best, box, guess)
 
     def _find(self, x, most):
         """As find, for points (3, m); None where more than `most` pairs are to be looked at."""
-        best = self._first(x) * (1 + SLACK)
-        point, box = np.arange(x.shape[1]), np.zeros(x.shape[1], int)
+        best, nearest = self._first(x)
+        point = np.flatnonzero(best > (SLACK * self.size) ** 2)
+        box = np.zeros(len(point), int)
+        on = np.setdiff1d(np.arange(len(best)), point)
+        best = best * (1 + SLACK)
         for low, high, _ in self.levels[-2::-1]:
             point, box = _children(point, box, low.shape[1])
             at = x.take(point, axis=1)
@@ -76,6 +81,7 @@ class NearestTriangle:
             if len(keep) * FEW > most:
                 return None
             point, box = point[keep], box[keep]
+        point, box = np.concatenate([point, on]), np.concatenate([box, nearest[on]])
         distance2, weights = self._distance2(x.take(point, axis=1), box)
         order = np.lexsort((self.order[box], distance2, point))
         order = order[np.unique(point[order], return_index=True)[1]]

@@ -8,8 +8,12 @@ from collections import Counter
 import numpy as np
 
 from .checked import SceneError, index, number, vectors
+from .closed_forms import divide
+from .facets import facets_of
 from .form_factors import SEGMENTS_AT_ONCE, patch_samples, published_kernel
-from .scene import Plane, Scene
+from .mesh import Mesh
+from .polygon import Polygon
+from .scene import Scene, Sphere
 from .signs_of_life import finish
 from .view import ShapeTable, segment_blocked
 
@@ -17,31 +21,34 @@ MOST_PATCHES = 4000  # their matrix is dense
 
 
 class PatchSolution:
-    """radiance (n patches, 3) of the patches of each surface, rows first; seconds; counts of the segments tested."""
+    """radiance (n patches, 3) of the patches of each surface, rows first; real (n patches,): whether they have an area,
+    as those outside a polygon have not; seconds; counts of the segments tested."""
 
-    def __init__(self, scene, divisions, radiance, seconds, counts):
-        self.scene, self.divisions, self.patches = scene, divisions, radiance
+    def __init__(self, scene, divisions, radiance, real, seconds, counts):
+        self.scene, self.divisions, self.patches, self.real = scene, divisions, radiance, real
         self.seconds, self.counts = seconds, counts
         self._start = np.concatenate([[0], np.cumsum(np.prod(divisions, axis=1))])
 
     def radiance(self, surface_index, points):
         """points (n, 3) m, projected onto the surface -> outgoing radiance (n, 3), bilinear between the middles of
-        patches, even beyond those at a border."""
+        patches, even beyond those at a border; 0 where none of them has an area."""
         k = index(surface_index, len(self.scene), "surface_index")
         shape, (rows, columns) = self.scene.surfaces[k].shape, self.divisions[k]
         local = shape.local(shape.project(vectors(points, "points")))
-        wraps = not isinstance(shape, Plane)
+        wraps = isinstance(shape, Sphere)
         if wraps:  # theta / pi, phi / 2 pi
             s = np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2]) / np.pi
             t = np.arctan2(local[:, 1], local[:, 0]) / (2 * np.pi) % 1.0
         else:
             s, t = local[:, 0], local[:, 1]
-        value = self.patches[self._start[k] : self._start[k + 1]].reshape(rows, columns, 3)
+        own = slice(self._start[k], self._start[k + 1])
+        real = self.real[own].reshape(rows, columns, 1)
+        value = np.where(real, self.patches[own].reshape(rows, columns, 3), 0.0)
         i, a = _between(s, rows, False)
         j, b = _between(t, columns, wraps)
-        return sum(
-            (p * q)[:, None] * value[i[m], j[n]] for m, p in enumerate((1 - a, a)) for n, q in enumerate((1 - b, b))
-        )
+        corners = [((p * q)[:, None], i[m], j[n]) for m, p in enumerate((1 - a, a)) for n, q in enumerate((1 - b, b))]
+        weight = sum(w * real[m, n] for w, m, n in corners)
+        return divide(sum(w * value[m, n] for w, m, n in corners), weight)
 
 
 def _between(at, count, wraps):
@@ -68,11 +75,14 @@ def patch_radiosity_steps(scene, divisions=3, points=5):
         int(number(k, f"patch_radiosity: {what}", "a whole number above 0", above=0.5))
         for k, what in ((divisions, "divisions"), (points, "points"))
     )
-    each = [(divisions, divisions if isinstance(s.shape, Plane) else 2 * divisions) for s in scene.surfaces]
+    for surface in scene.surfaces:
+        if isinstance(surface.shape, Mesh):
+            raise SceneError(f"patch_radiosity: surface {surface.name!r} is a mesh, which has no parameters; use solve")
+    each = [(divisions, 2 * divisions if isinstance(s.shape, Sphere) else divisions) for s in scene.surfaces]
     patches = int(np.prod(each, axis=1).sum())
     if patches > MOST_PATCHES:
         raise SceneError(f"patch_radiosity: {patches} patches are more than {MOST_PATCHES}; use fewer divisions")
-    factors, counts = yield from _factors(scene, each, points)
+    factors, real, counts = yield from _factors(scene, each, points)
     own = np.repeat(np.arange(len(scene)), np.prod(each, axis=1))
     rho, emission = scene.reflectance[own], scene.emission[own]
     received = np.maximum(1 - factors.sum(axis=1), 0.0)[:, None] * scene.background
@@ -80,11 +90,12 @@ def patch_radiosity_steps(scene, divisions=3, points=5):
     for c in range(3):
         right = emission[:, c] + rho[:, c] * received[:, c]
         radiance[:, c] = np.linalg.solve(np.eye(patches) - rho[:, c, None] * factors, right)
-    return PatchSolution(scene, each, radiance, time.perf_counter() - start, counts)
+    return PatchSolution(scene, each, radiance, real, time.perf_counter() - start, counts)
 
 
 def _factors(scene, divisions, points):
-    """F (n patches, n patches) by the published rule, every pair at all its points, and counts; yields."""
+    """F (n patches, n patches) by the published rule, every pair at all its points, which patches have an area (n
+    patches,), and counts; yields."""
     samples = [patch_samples(s, d, points) for s, d in zip(scene.surfaces, divisions)]
     x, normal = (np.concatenate(part) for part in zip(*samples))
     surface = np.repeat(np.arange(len(scene)), [len(p) for p, _ in samples])
@@ -92,21 +103,26 @@ def _factors(scene, divisions, points):
     each = points * points
     count = len(x) // each
     area = np.linalg.norm(normal, axis=1).reshape(count, each).sum(axis=1)
-    table, counts = ShapeTable(scene.shapes), Counter()
+    pieces = [(part, k) for k, s in enumerate(scene.shapes) for part in _convex(s)]
+    table, counts = ShapeTable([part for part, _ in pieces]), Counter()
     factors = np.empty((count, count))
     step = max(1, SEGMENTS_AT_ONCE // (each * len(x)))
     for first in range(0, count, step):
         rows = slice(first * each, min(first + step, count) * each)
         i, j, d, value = published_kernel(x[rows], normal[rows], x, normal)
         at = i + rows.start
-        for k in range(len(scene.shapes)):
-            # convex shapes are hidden from themselves by their normals alone
+        for piece, (_, k) in enumerate(pieces):
+            # flat and convex shapes are hidden from themselves by their normals alone
             others = np.flatnonzero((value > 0) & (shape[at] != k) & (shape[j] != k))
-            hit = segment_blocked(table, x[at[others]].T, d[:, others], np.full(len(others), k))
+            hit = segment_blocked(table, x[at[others]].T, d[:, others], np.full(len(others), piece))
             value[others[hit]] = 0.0
             counts["sampled"] += len(others)
         flat = (i // each) * count + j // each
         block = np.bincount(flat, value, len(range(*rows.indices(len(x)))) // each * count).reshape(-1, count)
-        factors[first : first + len(block)] = block / (np.pi * area[first : first + len(block), None])
+        factors[first : first + len(block)] = divide(block, np.pi * area[first : first + len(block), None])
         yield first / count
-    return factors, counts
+    return factors, area > 0, counts
+
+
+def _convex(shape):
+    return facets_of(shape) if isinstance(shape, Polygon) else [shape]

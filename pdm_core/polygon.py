@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from .checked import SceneError, array
-from .closed_forms import cross, divide, dot
+from .closed_forms import cross, divide, dot, edge_sum
 from .coincident import REACHES
-from .ears import triangulated
+from .ears import few_and_convex, triangulated
 from .outlines import crossing, edges_of, enclosed, moments, nearest_on_edges, signed_area, without_repeats
 from .scene import FLATTEST, Shape, square_lattice, unit
 
@@ -205,39 +205,7 @@ class Polygon(Shape):
 
     @cached_property
     def _problem(self):
-        if not all(np.isfinite(loop).all() for loop in self._given):
-            return "its coordinates are not finite; apply a valid transform"
-        size, reach = self._extent, np.abs(np.concatenate(self._given)).max()
-        nothing = "it has no area; give it corners that are not in one line or remove it"
-        if min(map(len, self._given)) < 3 or not size > 0:
-            return nothing
-        p = (self._given[0] - self._given[0][0]) / size
-        if not np.linalg.norm(np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0)) > FLATTEST:
-            return nothing
-        off = np.abs(self._off_plane).max()
-        if off > FLAT * size + SINGLE * reach:
-            return f"its corners are up to {off:.2g} m off their plane; flatten it or split it into triangles"
-        return self._crossed(size)
-
-    def _crossed(self, size):
-        """What is wrong with the loops, as a sentence, or None."""
-        outline, *holes = loops = self._flat_loops
-        if found := crossing(loops, TOUCHING * size):
-            at = [np.concatenate(self._loops)[k].round(6).tolist() for k in found]
-            return f"its edges cross each other, those from {at[0]} and {at[1]} on; give it an outline that does not"
-        for k, hole in enumerate(holes):
-            away = np.linalg.norm(hole - nearest_on_edges(hole, [outline]), axis=1) > TOUCHING * size
-            if (away & ~enclosed(hole, [outline])).any():
-                return f"its hole {k} is not within its outline; remove it or move it there"
-            others = [other for other in holes if other is not hole]
-            if others and enclosed(hole, others).any():
-                away = np.linalg.norm(hole - nearest_on_edges(hole, others), axis=1) > TOUCHING * size
-                if (away & enclosed(hole, others)).any():
-                    return f"its hole {k} is within another one; remove it"
-        filled = np.linalg.norm(np.cross(*np.diff(self.triangles, axis=1).swapaxes(0, 1)), axis=1).sum() / 2
-        if not self.area > FLATTEST * size**2 or abs(filled - self.area) > MISSED * self.area + FLATTEST * size**2:
-            return "its outline or a hole runs over itself; give it one that encloses each place once"
-        return None
+        return _what_is_wrong(self)
 
     def factor(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for radiance 1, nothing hiding it.
@@ -246,14 +214,56 @@ class Polygon(Shape):
         other way. Absolute error about 1e-15. A point on an edge itself has no limit: move it off.
         """
         points, normals = np.asarray(points, float), np.asarray(normals, float)
-        p, q = (np.ascontiguousarray(a.T)[:, :, None] for a in edges_of(self._loops))
+        corners = np.ascontiguousarray(np.concatenate(self._loops).T)[:, :, None]
+        ends = np.cumsum([0, *map(len, self._loops)])
+        following = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in zip(ends[:-1], ends[1:])])
         out = np.empty(len(points))
-        step = max(1, ENTRIES // p.shape[1])
+        step = max(1, ENTRIES // len(following))
         for start in range(0, len(points), step):
             part = slice(start, start + step)
             x, n = (np.ascontiguousarray(a[part].T)[:, None] for a in (points, normals))
-            out[part] = _contour(n, p - x, q - x)
+            out[part] = _contour(n, corners - x, following)
         return out
+
+
+def _what_is_wrong(polygon):
+    """As a sentence, or None."""
+    if not all(np.isfinite(loop).all() for loop in polygon._given):
+        return "its coordinates are not finite; apply a valid transform"
+    size, reach = polygon._extent, np.abs(np.concatenate(polygon._given)).max()
+    nothing = "it has no area; give it corners that are not in one line or remove it"
+    if min(map(len, polygon._given)) < 3 or not size > 0:
+        return nothing
+    p = (polygon._given[0] - polygon._given[0][0]) / size
+    if not np.linalg.norm(np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0)) > FLATTEST:
+        return nothing
+    off = np.abs(polygon._off_plane).max()
+    if off > FLAT * size + SINGLE * reach:
+        return f"its corners are up to {off:.2g} m off their plane; flatten it or split it into triangles"
+    return _what_crosses(polygon, size)
+
+
+def _what_crosses(polygon, size):
+    """The same of its loops among each other; size m: of the outline."""
+    outline, *holes = loops = polygon._flat_loops
+    if not holes and few_and_convex(outline / size):
+        return None
+    if found := crossing(loops, TOUCHING * size):
+        at = [np.concatenate(polygon._loops)[k].round(6).tolist() for k in found]
+        return f"its edges cross each other, those from {at[0]} and {at[1]} on; give it an outline that does not"
+    for k, hole in enumerate(holes):
+        away = np.linalg.norm(hole - nearest_on_edges(hole, [outline]), axis=1) > TOUCHING * size
+        if (away & ~enclosed(hole, [outline])).any():
+            return f"its hole {k} is not within its outline; remove it or move it there"
+        others = [other for other in holes if other is not hole]
+        if others and enclosed(hole, others).any():
+            away = np.linalg.norm(hole - nearest_on_edges(hole, others), axis=1) > TOUCHING * size
+            if (away & enclosed(hole, others)).any():
+                return f"its hole {k} is within another one; remove it"
+    filled = np.linalg.norm(np.cross(*np.diff(polygon.triangles, axis=1).swapaxes(0, 1)), axis=1).sum() / 2
+    if not polygon.area > FLATTEST * size**2 or abs(filled - polygon.area) > MISSED * polygon.area + FLATTEST * size**2:
+        return "its outline or a hole runs over itself; give it one that encloses each place once"
+    return None
 
 
 def _longest_edge(loop):
@@ -262,26 +272,32 @@ def _longest_edge(loop):
     return unit(d[np.argmax((d * d).sum(axis=1))])
 
 
-def _contour(n, p, q):
-    """Form factors (m,) of loops of edges p -> q (3, k, m) relative to the points, clipped by the horizon, n (3, 1, m).
+def _contour(n, p, following):
+    """Form factors (m,) of loops of edges from corners p (3, k, m), relative to the points, to those following (k,),
+    clipped by the horizon, n (3, 1, m)."""
+    height = dot(n, p)
+    low, high = height.min(axis=0), height.max(axis=0)
+    total, whole, cut = np.zeros(len(low)), np.flatnonzero(low >= 0), np.flatnonzero((low < 0) & (high > 0))
+    if len(whole):
+        up = p.take(whole, axis=2)
+        total[whole] = edge_sum(n[:, 0].take(whole, axis=1), up, up[:, following])
+    if len(cut):
+        n, p, height = n.take(cut, axis=2), p.take(cut, axis=2), height.take(cut, axis=1)
+        total[cut] = _clipped(n, p, p[:, following], height, height[following])
+    return np.abs(total) / (2 * np.pi)
 
-    What closes the loops along the horizon needs no order: all their crossings with it lie on one line, so that each
-    adds or takes the angle at which it is seen from their middle.
+
+def _clipped(n, p, q, low, high):
+    """As edge_sum, of what has a height low to high (k, m) above 0, and of the way along the horizon that closes it.
+
+    That needs no order: all the loops' crossings with the horizon lie on one line, so that each adds or takes the angle
+    at which it is seen from their middle.
     """
-    low, high = dot(n, p), dot(n, q)
-    below = low < 0
-    if below.any():
-        up, down = below & (high >= 0), ~below & (high < 0)
-        at = p + divide(low, low - high) * (q - p)
-        crosses = up | down
-        middle = np.where(crosses, at, 0.0).sum(axis=1) / np.maximum(crosses.sum(axis=0), 1)
-        middle = middle[:, None]
-        angle = np.arctan2(dot(n, cross(middle, at)), dot(middle, at))
-        arcs = np.where(up, angle, np.where(down, -angle, 0.0)).sum(axis=0)
-        p, q = np.where(up, at, p), np.where(down, at, np.where(below & ~up, p, q))
-    else:
-        arcs = 0.0
-    c = cross(p, q)
-    length = np.sqrt(dot(c, c))
-    turn = divide(np.arctan2(length, dot(p, q)), length) * dot(n, c)
-    return np.abs(turn.sum(axis=0) + arcs) / (2 * np.pi)
+    up, down = (low < 0) & (high >= 0), (low >= 0) & (high < 0)
+    at = p + divide(low, low - high) * (q - p)
+    crosses = up | down
+    middle = (np.where(crosses, at, 0.0).sum(axis=1) / np.maximum(crosses.sum(axis=0), 1))[:, None]
+    angle = np.arctan2(dot(n, cross(middle, at)), dot(middle, at))
+    arcs = np.where(up, angle, np.where(down, -angle, 0.0)).sum(axis=0)
+    start, end = np.where(up, at, p), np.where(down, at, np.where((low < 0) & (high < 0), p, q))
+    return edge_sum(n[:, 0], start, end) + arcs

@@ -123,7 +123,8 @@ def _width(corners, tolerance):
     directions = corners / reach
     middle = _unit(directions + directions[:, following])  # an edge close by turns half around the point
     height = np.einsum("ikm,icm->kcm", divide(planes, length), np.concatenate([directions, middle], axis=1))
-    return np.abs(height).max(axis=1).min(axis=0) / turn
+    # a corner that is there twice makes no edge
+    return np.where(length > 0, np.abs(height).max(axis=1), np.inf).min(axis=0) / turn
 
 
 def polygon_region(corners, height, tolerance, closing=None):

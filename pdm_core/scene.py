@@ -38,6 +38,7 @@ class Shape:
     """An affine image of a reference shape: point = origin + linear @ local."""
 
     twist = np.zeros(3)
+    half = False  # whether it is a triangle, half of what (s, t) in [0, 1]^2 are
 
     @cached_property
     def inverse(self):
@@ -72,6 +73,10 @@ class Plane(Shape):
         plane.__dict__["corners"] = corners  # not the sums of rounded edges
         plane.__dict__["twist"] = corners[0] - corners[1] + corners[2] - corners[3]
         return plane
+
+    def moved(self, corners):
+        """The same shape at corners (4, 3) m."""
+        return Plane.through(corners)
 
     @cached_property
     def twist(self):

@@ -20,6 +20,7 @@ BATCH = 32768  # pairs whose candidates are sifted at once
 GROUP = 4096  # (pair, occluder) entries in one contour integral, about: their arrays stay in a second-level cache
 OVERLAPS = 1 << 18  # pairs of occluders compared at once
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
+SEAM = 1e-12  # of a triangle, by which rounding may move a segment off an edge
 SAMPLES = 24  # Gauss points a direction of the sampled fallback
 
 
@@ -36,6 +37,7 @@ class ShapeTable:
         self.bound = np.array([s.bounds[1] for s in shapes])  # radius of a sphere about the origin
         self.corners = np.zeros((3, 4, count))
         self.linear, self.inverse = np.zeros((3, 3, count)), np.zeros((3, 3, count))
+        self.half = np.array([s.half for s in shapes])  # triangles, whose last corner is there twice
         self.radius = np.zeros(count)  # of round balls; 0 for ellipsoids
         # the tolerance in local coordinates: of heights over planes, of depths in ellipsoids along their least axes
         unit_length = [s.semi_axes[2] if isinstance(s, Sphere) else np.sqrt(s.area) for s in shapes]
@@ -64,12 +66,13 @@ class ShapeTable:
 
 
 def _closest_on_polygon(corners):
-    """Point (3, m) nearest the origin on parallelograms (3, 4, m)."""
+    """Point (3, m) nearest the origin on parallelograms (3, 4, m), or triangles whose last corner is there twice."""
     c, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
     uu, uv, vv, cu, cv = dot(u, u), dot(u, v), dot(v, v), dot(c, u), dot(c, v)
     det = uu * vv - uv * uv
     s, t = divide(uv * cv - vv * cu, det), divide(uv * cu - uu * cv, det)
     inner = (s > 0) & (s < 1) & (t > 0) & (t < 1) & (det > 0)
+    inner &= (s + t < 1) | (corners[:, 2] != corners[:, 3]).any(axis=0)
     edge = corners[:, [1, 2, 3, 0]] - corners
     near = corners + np.clip(divide(-dot(corners, edge), dot(edge, edge)), 0.0, 1.0) * edge
     best = np.take_along_axis(near, np.argmin(dot(near, near), axis=0)[None, None], axis=1)[:, 0]
@@ -159,7 +162,7 @@ def over_edges(table, x, corners, pair, shape):
     """Least height of shapes (e,) over the planes through the points x (3, m) of their pair (e,) and the edges of the
     pair's polygon (3, 4, m) relative to it, in their bounding radii: below -1 the shape is beside the polygon in the
     view, above 1 no edge comes near it."""
-    d, middle = table.origin.take(shape, axis=1) - x.take(pair, axis=1), corners[:, 0] + corners[:, 2]
+    d, middle = table.origin.take(shape, axis=1) - x.take(pair, axis=1), corners.sum(axis=1)
     side = cross(corners, corners[:, [1, 2, 3, 0]])
     side = divide(side, np.copysign(np.sqrt(dot(side, side)), dot(side, middle[:, None])))
     least = dot(side[:, 0].take(pair, axis=1), d)
@@ -178,7 +181,7 @@ def _sift(table, x, n, source, corners, pair, occluder, sky):
     d, r = table.origin.take(occluder, axis=1) - x.take(pair, axis=1), table.bound[occluder]
     keep = (dot(n.take(pair, axis=1), d) > -r) & (occluder != source[pair])
     if corners is not None:
-        middle = (corners[:, 0] + corners[:, 2]) / 2
+        middle = corners.mean(axis=1)
         radius = np.sqrt(dot(corners - middle[:, None], corners - middle[:, None]).max(axis=0))
         keep &= ~_cones_apart(d, r, pair, middle, radius)
     elif not sky:
@@ -451,8 +454,9 @@ def segment_blocked(table, x, d, shape):
     """Whether the open segment x + t d, 0 < t < 1, meets the shape; x, d (3, ..., m), shape (m,) -> (..., m)"""
     blocked = np.zeros(d.shape[1:], bool)
     is_ball = table.is_ball[shape]
-    for kind, meets in ((True, _meets_ball), (False, _meets_square)):
-        index = np.nonzero(is_ball == kind)[0]
+    half = table.half[shape]
+    for kind, meets in ((is_ball, _meets_ball), (~is_ball & ~half, _meets_square), (half, _meets_half)):
+        index = np.nonzero(kind)[0]
         if len(index):
             inverse = table.inverse[:, :, shape[index]]
             origin = table.origin[:, shape[index]].reshape(3, *(1,) * (x.ndim - 2), -1)
@@ -472,12 +476,20 @@ def _meets_ball(p, d, slack):
     return (reach > 0) & (through[0] | through[1])
 
 
-def _meets_square(p, d, slack):
-    """Whether segments p + t d meet the unit square about the origin, their ends off it by slack."""
+def _meets_square(p, d, slack, half=False):
+    """Whether segments p + t d meet the unit square about the origin, or half of it, their ends off it by slack."""
     t = divide(-p[2], d[2])
-    beside = np.maximum(np.abs(p[0] + t * d[0]), np.abs(p[1] + t * d[1]))
+    a, b = p[0] + t * d[0], p[1] + t * d[1]
+    beside = np.maximum(np.abs(a), np.abs(b))
+    if half:  # what goes through the seam of two triangles meets both
+        beside = np.maximum(beside, a + b + 0.5) - SEAM
     end = p[2] + d[2]
     return (p[2] * end < 0) & (np.minimum(np.abs(p[2]), np.abs(end)) > slack) & (beside <= 0.5)
+
+
+def _meets_half(p, d, slack):
+    """As _meets_square, of the half of it with s + t < 1."""
+    return _meets_square(p, d, slack, True)
 
 
 def _sampled(table, x, n, source, corners, sky, occluders):
@@ -532,6 +544,7 @@ def _flat_samples(table, x, corners, around, s, t, weight):
     that are within a ball, around (m,) not -1, only over what its section with the plane leaves of the parallelogram.
     """
     o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
+    half = (corners[:, 2] == corners[:, 3]).all(axis=0)
     s, t, weight = (np.broadcast_to(a, (len(weight), o.shape[1])).copy() for a in (s, t, weight))
     k = np.flatnonzero(around >= 0)
     if len(k):
@@ -540,6 +553,9 @@ def _flat_samples(table, x, corners, around, s, t, weight):
         c = transform(inverse, o[:, k] + x[:, k] - table.origin.take(around[k], axis=1))
         s[:, k], t[:, k], part = _over_section(c, *steps, s[:, k], t[:, k])
         weight[:, k] *= part
+    # of triangles, rows of samples shrink towards the corner that is there twice
+    weight = np.where(half & (around < 0), (1 - t) * weight, np.where(half & (s + t > 1), 0.0, weight))
+    s = np.where(half & (around < 0), s * (1 - t), s)
     d = o[:, None] + s * u[:, None] + t * v[:, None]
     return d, np.abs(dot(cross(u, v)[:, None], d)) * weight
 

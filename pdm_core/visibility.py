@@ -77,15 +77,17 @@ class Shafts:
 
     def _heights(self):
         """(shapes, shapes) m: least and greatest height of shape k over the plane of shape p (0, 0 for spheres p)."""
-        middle = np.einsum("pi,ki->pk", self.normal, self.centre)
-        reach = np.zeros_like(middle)
-        for k, shape in enumerate(self.scene.shapes):  # support of an affine ball, or of a parallelogram
+        low = np.einsum("pi,ki->pk", self.normal, self.centre)
+        low -= np.einsum("pi,pi->p", self.normal, self.centre)[:, None]
+        high = low.copy()
+        for k, shape in enumerate(self.scene.shapes):  # support of an affine ball, or of a parallelogram's corners
             if isinstance(shape, Sphere):
-                reach[:, k] = np.linalg.norm(self.normal @ shape.linear, axis=1)
+                reach = np.linalg.norm(self.normal @ shape.linear, axis=1)
+                low[:, k], high[:, k] = low[:, k] - reach, high[:, k] + reach
             else:
-                reach[:, k] = np.abs(self.normal @ np.column_stack([shape.u, shape.v])).sum(axis=1) / 2
-        middle -= np.einsum("pi,pi->p", self.normal, self.centre)[:, None]
-        return middle - reach, middle + reach
+                height = self.normal @ (shape.corners - self.centre[k]).T
+                low[:, k], high[:, k] = low[:, k] + height.min(axis=1), high[:, k] + height.max(axis=1)
+        return low, high
 
     def may_hide(self, a, b, around=None):
         """Surfaces a, b (p,); a may be -1, a point anywhere -> (p, shapes) bool.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from rooms import cube_planes, scene_of
 
-from pdm_core import Plane, Scene, SceneError, Sphere, Surface, pdm_form_factor, solve
+from pdm_core import Mesh, Plane, Polygon, Scene, SceneError, Sphere, Surface, pdm_form_factor, solve
 from pdm_core.compare import difference, points_over, radiance_at
 from pdm_core.patch_radiosity import _factors, patch_radiosity
 from pdm_core.signs_of_life import finish
@@ -14,7 +14,7 @@ def test_factors_are_those_of_the_published_method():
     room = [Surface(plane) for plane in cube_planes()]
     scene = Scene([*room, Surface(Sphere.at((0, 0, 0), 1))])
     divisions = [(3, 3)] * 6 + [(3, 6)]
-    factors, counts = finish(_factors(scene, divisions, 4))
+    factors, _, counts = finish(_factors(scene, divisions, 4))
     start = np.cumsum([0, *(a * b for a, b in divisions)])
     for a, b in ((0, 1), (0, 2), (6, 0)):
         block = factors[start[a] : start[a + 1], start[b] : start[b + 1]]
@@ -68,6 +68,27 @@ def test_points_are_spread_evenly_over_the_area():
     surface, points = points_over(scene, 4000)
     assert abs((surface == 1).mean() - 0.75) < 0.02
     assert abs(points[surface == 0].mean(axis=0)[:2] - 0.5).max() < 0.03
+
+
+def test_polygons_are_trimmed_patches():
+    """The cube with a floor of an L: its patches are the whole floor's, or nothing, and where it is none nothing is
+    read off."""
+    floor, *others = cube_planes()
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1 / 3, 0), (1 / 3, 1 / 3, 0), (1 / 3, 1, 0), (0, 1, 0)])
+    corner = Polygon(floor.world(corners))
+    scenes = [Scene([Surface(p, 0.5, float(k == 4)) for k, p in enumerate([*others, f])]) for f in (floor, corner)]
+    (whole, _, _), (cut, real, _) = (finish(_factors(scene, [(3, 3)] * 6, 3)) for scene in scenes)
+    assert real.sum() == 5 * 9 + 5
+    assert np.abs(cut[real][:, :45] - whole[real][:, :45]).max() < 1e-15
+    assert np.abs(cut[:45, real] - whole[:45, real]).max() < 1e-15 and not cut[~real].any() and not cut[:, ~real].any()
+    solution = patch_radiosity(scenes[1], 3, 3)
+    at = np.array([[0.1, 0.1, 0], [0.3, 0.3, 0], [0.3, 0.9, 0]])
+    assert (solution.radiance(5, corner.world(at)) > 0.05).all()
+    hidden = Surface(Polygon(0.5 * floor.world(corners)))  # half way up, before some of it
+    assert finish(_factors(Scene([*scenes[0].surfaces, hidden]), [(3, 3)] * 7, 3))[0][:54, :54].sum() < whole.sum()
+    mesh = Mesh(floor.corners, [[0, 1, 2]])
+    with pytest.raises(SceneError, match="'rock' is a mesh"):
+        patch_radiosity(Scene([Surface(mesh, name="rock")]))
 
 
 @pytest.mark.parametrize("wrong", [0, -1, 0.2, np.nan, "many", None])
