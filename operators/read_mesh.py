@@ -23,6 +23,7 @@ class MeshObject:
     polygon_shape: np.ndarray
     reason: str = ""
     warnings: list = field(default_factory=list)
+    layers: object = None  # MeshLayers where its materials vary
 
 
 @dataclass(eq=False)
@@ -40,6 +41,7 @@ class RawMesh:
     changed: str
     reason: str
     warnings: list
+    layers: object = None  # MeshLayers where its materials vary
 
 
 def gather_mesh(obj, depsgraph):
@@ -68,7 +70,7 @@ def recognise(raw, grids):
     for shape, first in zip(*np.unique(shapes.polygon_shape, return_index=True)):
         shape_materials[shape] = raw.materials[raw.of_polygon[first]]
     found = MeshObject(raw.object, raw.matrix, shapes, shape_materials, shapes.polygon_shape, warnings=raw.warnings)
-    found.reason = raw.reason or _compare(raw, found)
+    found.reason, found.layers = raw.reason or _compare(raw, found), raw.layers
     return found
 
 

@@ -8,7 +8,9 @@ import numpy as np
 from ..pdm_core import Scene, SceneError
 from ..pdm_core.signs_of_life import finish, in_thread, mapped
 from .colour_attribute import BakeError
+from .looks_on_meshes import looks_on, settle_pictures
 from .materials import read_material, read_world
+from .mesh_layers import gather_layers
 from .mesh_topology import NotRecognised
 from .read_mesh import gather_mesh, recognise
 from .read_surfaces import pieces_of, surfaces_of, twins
@@ -86,6 +88,7 @@ def read_steps(context, objects="ALL", baked=()):
         raw, looks = _gather(meshes, depsgraph, reading, frozenset(baked))
         _note_unread(visible, depsgraph, reading)
         background = _background(context.scene, depsgraph, reading)
+        settle_pictures(looks, background.any() or any(obj.type == "LIGHT" for obj in visible))
     found = yield from _recognise(raw, reading)
     taken = _accept(found, looks, reading)
     everything = [piece for _, pieces in taken for piece in pieces]
@@ -120,7 +123,7 @@ def _wanted(view_layer, meshes, objects):
 
 def _gather(meshes, depsgraph, reading, baked):
     """[RawMesh] of those that are sound, the others go to reading.refused; {name or None: Appearance} of materials."""
-    raw, looks = [], {}
+    raw, looks, images = [], {}, {}
     for obj in meshes:
         try:
             mesh, materials = gather_mesh(obj, depsgraph)
@@ -130,7 +133,9 @@ def _gather(meshes, depsgraph, reading, baked):
         raw.append(mesh)
         for name, material in zip(mesh.materials, materials, strict=True):
             if name not in looks:
-                looks[name] = read_material(material, baked)
+                looks[name] = read_material(material, baked, images)
+        needs = frozenset().union(*(looks[name].needs for name in mesh.materials))
+        mesh.layers = gather_layers(obj, depsgraph, needs, baked)
     return raw, looks
 
 
@@ -158,11 +163,11 @@ def _accept(found, looks, reading):
     for mesh in found:
         for name in mesh.shape_materials:
             users.setdefault(name, {})[mesh.object.name] = None
-        own = [looks[name] for name in mesh.shape_materials]
+        own = looks_on(mesh, looks)
         pieces = pieces_of(mesh.object.name, mesh.matrix, mesh.shapes, own)
         problems = [problem for piece in pieces if (problem := piece.shape.problem())]
-        if all(look.is_volume for look in own):
-            reading.refused.append((mesh.object.name, "has only a volume shader, which takes no part in this light"))
+        if all(look.absent for look in own):
+            reading.refused.append((mesh.object.name, f"{own[0].absent} and takes no part in this light"))
         elif problems:
             reading.refused.append((mesh.object.name, problems[0]))
         else:

@@ -94,7 +94,7 @@ def _hidden_is_seen(pieces):
     if not pieces:
         return np.zeros(0, bool)
     low, high = _boxes(pieces)
-    shines = np.array([any((side > 0).any() for side in piece.look.emission) for piece in pieces])
+    shines = np.array([piece.look.shines for piece in pieces])
     seen = np.array([isinstance(piece.shape, Plane) for piece in pieces])
     for inner in _closed(pieces):
         touch = TOUCH * (high[inner] - low[inner]).max()

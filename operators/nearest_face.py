@@ -1,0 +1,168 @@
+"""Which triangle of a mesh a point lies on, and where on it. numpy only, no bpy."""
+
+from functools import cached_property
+
+import numpy as np
+
+CHUNK = 16384  # points at a time
+FEW = 12  # triangles that are all tried
+CELLS = 2**20  # of the grid at most
+MARGIN = 0.25  # of a cell's size: how far from a point its triangle is looked for at once
+SLACK = 1e-6  # of a triangle's size, by which a point is inside still
+
+
+class NearestFace:
+    """triangles (t, 3, 3) m. cell: the size of a grid's cells in m, by the triangles' own where it is None."""
+
+    def __init__(self, triangles, cell=None):
+        self.triangles = np.asarray(triangles, float)
+        edges = self.triangles[:, 1:] - self.triangles[:, :1]
+        normal = np.cross(edges[:, 0], edges[:, 1])
+        length = np.linalg.norm(normal, axis=1)
+        self.normals = normal / np.maximum(length, 1e-300)[:, None]
+        self._planes = _planes(self.triangles[:, 0], edges, normal, length)
+        self.low, high = self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
+        self.extent = high - self.low
+        self.cell = cell or max(np.sqrt(length.sum() / len(length)), (self.extent.max() or 1.0) * 1e-3)
+        while np.prod(np.floor(self.extent / self.cell) + 1) > CELLS:
+            self.cell *= 1.25
+        self.counts = (np.floor(self.extent / self.cell) + 1).astype(np.int64)
+
+    def locate(self, points):
+        """points (n, 3) m -> (triangle (n,), weights (n, 3) of its corners, of sum 1)."""
+        triangle, weights = np.empty(len(points), np.int64), np.empty((len(points), 3))
+        for start in range(0, len(points), CHUNK):
+            chunk = slice(start, start + CHUNK)
+            triangle[chunk], weights[chunk] = self._locate(np.asarray(points[chunk], float))
+        return triangle, weights
+
+    def _locate(self, points):
+        n = len(points)
+        is_all = len(self.triangles) <= FEW or self.counts.prod() == 1
+        if is_all:
+            point = np.repeat(np.arange(n), len(self.triangles))
+            candidate = np.tile(np.arange(len(self.triangles)), n)
+            if len(self.triangles) > FEW:
+                return self._one_by_one(points)
+        else:
+            point, candidate = self._candidates(points)
+        triangle, weights, height = self._below(points, point, candidate)
+        reach = np.inf if is_all else MARGIN * self.cell
+        left = np.flatnonzero(~(height <= reach))
+        if len(left):
+            back = np.full(n, -1)
+            back[left] = np.arange(len(left))
+            of_left = back[point] >= 0
+            found, at, far = self._nearest(points[left], back[point[of_left]], candidate[of_left])
+            triangle[left], weights[left] = found, at
+            left = left[~(far <= reach)]
+            if len(left):
+                triangle[left], weights[left] = self._coarser._locate(points[left])
+        return triangle, weights
+
+    def _one_by_one(self, points):
+        """Every triangle for every point, in parts that fit the memory."""
+        triangle, weights = np.empty(len(points), np.int64), np.empty((len(points), 3))
+        step = max(1, 2**20 // len(self.triangles))
+        for start in range(0, len(points), step):
+            part = points[start : start + step]
+            point = np.repeat(np.arange(len(part)), len(self.triangles))
+            candidate = np.tile(np.arange(len(self.triangles)), len(part))
+            triangle[start : start + step], weights[start : start + step], _ = self._nearest(part, point, candidate)
+        return triangle, weights
+
+    def _candidates(self, points):
+        """(point (k,), triangle (k,)) of those near each point's cell, points in order."""
+        starts, entries = self._grid
+        index = np.clip(np.floor((points - self.low) / self.cell), 0, self.counts - 1).astype(np.int64)
+        cell = (index[:, 0] * self.counts[1] + index[:, 1]) * self.counts[2] + index[:, 2]
+        first, number = starts[cell], starts[cell + 1] - starts[cell]
+        point = np.repeat(np.arange(len(points)), number)
+        place = np.arange(len(point)) - np.repeat(np.cumsum(number) - number, number) + np.repeat(first, number)
+        return point, entries[place]
+
+    @cached_property
+    def _grid(self):
+        """(starts (cells + 1,), triangles in order of cells): those within MARGIN of a cell."""
+        reach = MARGIN * self.cell
+        low = np.floor((self.triangles.min(axis=1) - reach - self.low) / self.cell)
+        high = np.floor((self.triangles.max(axis=1) + reach - self.low) / self.cell)
+        low, high = (np.clip(a, 0, self.counts - 1).astype(np.int64) for a in (low, high))
+        size = high - low + 1
+        number = size.prod(axis=1)
+        triangle = np.repeat(np.arange(len(number)), number)
+        k = np.arange(len(triangle)) - np.repeat(np.cumsum(number) - number, number)
+        index = np.empty((len(k), 3), np.int64)
+        k, index[:, 2] = np.divmod(k, size[triangle, 2])
+        index[:, 0], index[:, 1] = np.divmod(k, size[triangle, 1])
+        index += low[triangle]
+        centre = self.low + (index + 0.5) * self.cell
+        normal = self.normals[triangle]
+        height = np.abs(np.einsum("ij,ij->i", normal, centre - self.triangles[triangle, 0]))
+        near = height <= np.abs(normal).sum(axis=1) * self.cell / 2 + reach * (1 + 1e-9)
+        cell = (index[:, 0] * self.counts[1] + index[:, 1]) * self.counts[2] + index[:, 2]
+        cell, triangle = cell[near], triangle[near]
+        order = np.argsort(cell, kind="stable")
+        starts = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=self.counts.prod()))])
+        return starts, triangle[order]
+
+    @cached_property
+    def _coarser(self):
+        return NearestFace(self.triangles, 4 * self.cell)
+
+    def _below(self, points, point, candidate):
+        """Of each point the triangle straight below it that is nearest: (triangle, weights, height or nan)."""
+        weights = self._weights(points, point, candidate)
+        inside = (weights[:, :2] >= -SLACK).all(axis=1) & (weights[:, 0] + weights[:, 1] <= 1 + SLACK)
+        weights, point, candidate = weights[inside], point[inside], candidate[inside]
+        height = np.abs(weights[:, 2])
+        return _least(height, point, candidate, weights[:, :2], len(points))
+
+    def _weights(self, points, point, candidate):
+        """(k, 3): weights of the second and third corner, and the height."""
+        planes = self._planes[candidate]
+        return np.einsum("kij,kj->ki", planes[:, :, :3], points[point]) + planes[:, :, 3]
+
+    def _nearest(self, points, point, candidate):
+        """Of each point the nearest triangle: (triangle, weights, distance)."""
+        corner, at = self.triangles[candidate], points[point]
+        best, distance = np.zeros((len(point), 2)), np.full(len(point), np.inf)
+        weights = self._weights(points, point, candidate)
+        inside = (weights[:, :2] >= 0).all(axis=1) & (weights[:, 0] + weights[:, 1] <= 1)
+        best[inside], distance[inside] = weights[inside, :2], np.abs(weights[inside, 2])
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            along = corner[:, b] - corner[:, a]
+            offset = at - corner[:, a]
+            t = np.einsum("ij,ij->i", offset, along) / np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
+            t = np.clip(t, 0.0, 1.0)
+            apart = np.linalg.norm(offset - t[:, None] * along, axis=1)
+            nearer = apart < distance
+            whole = np.zeros((len(point), 3))
+            whole[:, a], whole[:, b] = 1 - t, t
+            best[nearer], distance[nearer] = whole[nearer, 1:], apart[nearer]
+        return _least(distance, point, candidate, best, len(points))
+
+
+def _planes(first, edges, normal, length):
+    """(t, 3, 4): rows that take (x, y, z, 1) to the weights of the second and third corner and to the height."""
+    unit = normal / np.maximum(length, 1e-300)[:, None]
+    one, other = np.cross(edges[:, 1], unit), np.cross(unit, edges[:, 0])
+    scale = np.where(length > 0, 1 / np.maximum(length, 1e-300), 0.0)[:, None]
+    rows = np.stack([one * scale, other * scale, unit], axis=1)
+    return np.concatenate([rows, -np.einsum("tij,tj->ti", rows, first)[:, :, None]], axis=2)
+
+
+def _least(height, point, candidate, weights, count):
+    """The candidate of least height of each of `count` points, which come in order: (triangle, weights, height)."""
+    triangle, at = np.zeros(count, np.int64), np.zeros((count, 3))
+    least = np.full(count, np.nan)
+    if len(point):
+        starts = np.flatnonzero(np.diff(point, prepend=-1))
+        lowest = np.minimum.reduceat(height, starts)
+        size = np.diff(np.append(starts, len(point)))
+        hit = np.flatnonzero(height == np.repeat(lowest, size))
+        hit = hit[np.unique(point[hit], return_index=True)[1]]
+        triangle[point[hit]], least[point[hit]] = candidate[hit], height[hit]
+        at[point[hit], 1:] = weights[hit]
+        at[point[hit], 0] = 1 - weights[hit].sum(axis=1)
+    return triangle, at, least

@@ -1,0 +1,161 @@
+"""An image as a function of the plane: between its pixels, beyond its edges, and as means over more than one pixel.
+
+No bpy. Pixels are (h, w, 4) linear Rec.709 multiplied by alpha, row 0 the lowest, see image_pixels.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """pixels (h, w, 4) float32 linear, multiplied by alpha unless `is_packed`: a fourth channel of its own. encoded:
+    whether Cycles keeps it as sRGB bytes, between which it interpolates before it decodes them."""
+
+    pixels: np.ndarray
+    encoded: bool = False
+    is_packed: bool = False
+
+    @cached_property
+    def levels(self):
+        """[(h, w, 4)]: the pixels, and their means over 2 x 2, 4 x 4, ... of them until one is left."""
+        levels = [self.pixels]
+        while levels[-1].shape[0] * levels[-1].shape[1] > 1:
+            levels.append(_halved(levels[-1]))
+        return levels
+
+    @cached_property
+    def finest(self):
+        """(h, w, 4): what is interpolated between where nothing is averaged."""
+        if not self.encoded:
+            return self.pixels
+        alpha = self.pixels[..., 3:]
+        if self.is_packed:
+            return np.concatenate([srgb_of_linear(self.pixels[..., :3]), alpha], axis=2).astype(np.float32)
+        straight = np.divide(self.pixels[..., :3], alpha, out=np.zeros_like(self.pixels[..., :3]), where=alpha > 0)
+        encoded = srgb_of_linear(straight)
+        if (alpha < 1).any():
+            encoded = np.floor(np.rint(encoded * 255) * alpha + 1e-4) / 255  # whole bytes again
+        return np.concatenate([encoded, alpha], axis=2).astype(np.float32)
+
+    def look_up(self, uv, use, footprint=None):
+        """uv (n, 2) in images -> colour and alpha (n, 4). footprint (n, 2): the width and height to average over."""
+        if footprint is None:
+            return use.finish(use.sample(self.finest, uv), self.encoded)
+        height, width = self.pixels.shape[:2]
+        texels = np.maximum((footprint * [width, height]).max(axis=1), 1e-9)
+        level = np.clip(np.log2(texels), 0.0, len(self.levels) - 1)
+        low = np.floor(level).astype(int)
+        out = np.empty((len(uv), 4))
+        for k in np.unique(low):
+            at = low == k
+            share = (level[at] - k)[:, None]
+            fine = self._level(k, uv[at], use)
+            out[at] = fine if not share.any() else (1 - share) * fine + share * self._level(k + 1, uv[at], use)
+        return out
+
+    def _level(self, k, uv, use):
+        if k == 0:
+            return use.finish(use.sample(self.finest, uv), self.encoded)
+        return use.finish(use.sample(self.levels[min(k, len(self.levels) - 1)], uv), False)
+
+
+def _halved(pixels):
+    """Means over 2 x 2 pixels; a last odd row or column counts once more."""
+    for axis in (0, 1):
+        if pixels.shape[axis] > 1:
+            if pixels.shape[axis] % 2:
+                pixels = np.concatenate([pixels, np.take(pixels, [-1], axis=axis)], axis=axis)
+            even = np.moveaxis(pixels, axis, 0)
+            pixels = np.moveaxis((even[0::2] + even[1::2]) / 2, 0, axis)
+    return np.ascontiguousarray(pixels)
+
+
+@dataclass(frozen=True)
+class Use:
+    """How a node looks at an image. extension REPEAT, EXTEND, CLIP or MIRROR; interpolation Closest, Linear or Cubic;
+    straight: colours not multiplied by alpha, as where the node's Alpha is in use."""
+
+    extension: str = "REPEAT"
+    interpolation: str = "Linear"
+    straight: bool = False
+
+    def sample(self, pixels, uv):
+        """(h, w, c) at uv (n, 2) -> (n, c)"""
+        height, width = pixels.shape[:2]
+        place = uv * [width, height]
+        if self.interpolation == "Closest":
+            return self._pixels(pixels, *np.floor(place).astype(np.int64).T).astype(float)
+        place = place - 0.5
+        corner = np.floor(place)
+        x, y = corner.astype(np.int64).T
+        across, up = (place - corner).T
+        weights, first = (_linear, 0) if self.interpolation == "Linear" else (_cubic, -1)
+        across, up = weights(across), weights(up)
+        total = np.zeros((len(uv), pixels.shape[2]))
+        for j, by_row in enumerate(up, first):
+            for i, by_column in enumerate(across, first):
+                total += (by_row * by_column)[:, None] * self._pixels(pixels, x + i, y + j)
+        return total
+
+    def _pixels(self, pixels, x, y):
+        height, width = pixels.shape[:2]
+        if self.extension == "REPEAT":
+            return pixels[y % height, x % width]
+        if self.extension == "MIRROR":
+            x, y = (np.minimum(k % (2 * n), 2 * n - 1 - k % (2 * n)) for k, n in ((x, width), (y, height)))
+            return pixels[y, x]
+        found = pixels[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]
+        if self.extension == "CLIP":
+            inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+            found = np.where(inside[:, None], found, np.float32(0))
+        return found
+
+    def finish(self, rgba, encoded):
+        """(n, 4) as the node gives them out."""
+        if self.straight:
+            alpha = rgba[:, 3:]
+            rgba = np.concatenate([np.where(alpha != 0, rgba[:, :3] / np.where(alpha != 0, alpha, 1.0), 0.0), alpha], 1)
+        if encoded:
+            rgba[:, :3] = linear_of_srgb(rgba[:, :3])
+        return rgba
+
+
+def _linear(t):
+    return 1 - t, t
+
+
+def _cubic(t):
+    """Weights of four neighbours, uniform B-spline"""
+    return (1 - t) ** 3 / 6, (3 * t**3 - 6 * t**2 + 4) / 6, (-3 * t**3 + 3 * t**2 + 3 * t + 1) / 6, t**3 / 6
+
+
+class Tiles:
+    """UDIM tiles, {number: Picture}: tile 1001 + i + 10 j covers the unit square at (i, j), the rest is black."""
+
+    def __init__(self, pictures):
+        self.pictures = pictures
+
+    def look_up(self, uv, use, footprint=None):
+        cell = np.floor(uv)
+        number = np.where((cell[:, 0] >= 0) & (cell[:, 0] < 10), 1001 + cell[:, 0] + 10 * cell[:, 1], 0).astype(int)
+        out = np.zeros((len(uv), 4))
+        within = Use("EXTEND", use.interpolation, use.straight)
+        for k, picture in self.pictures.items():
+            at = number == k
+            if at.any():
+                extent = None if footprint is None else footprint[at]
+                out[at] = picture.look_up((uv - cell)[at], within, extent)
+        return out
+
+
+def linear_of_srgb(value):
+    """IEC 61966-2-1"""
+    return np.where(value <= 0.04045, value / 12.92, ((np.maximum(value, 0.0) + 0.055) / 1.055) ** 2.4)
+
+
+def srgb_of_linear(value):
+    """IEC 61966-2-1"""
+    return np.where(value <= 0.0031308, value * 12.92, 1.055 * np.maximum(value, 0.0) ** (1 / 2.4) - 0.055)
