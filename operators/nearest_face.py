@@ -7,7 +7,7 @@ import numpy as np
 CHUNK = 16384  # points at a time
 FEW = 12  # triangles that are all tried
 CELLS = 2**20  # of the grid at most
-MARGIN = 0.25  # of a cell's size: how far from a point its triangle is looked for at once
+MARGIN = 0.3  # of a cell's size: how far from a point its triangle is looked for at once
 SLACK = 1e-6  # of a triangle's size, by which a point is inside still
 
 
@@ -23,7 +23,7 @@ class NearestFace:
         self._planes = _planes(self.triangles[:, 0], edges, normal, length)
         self.low, high = self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
         self.extent = high - self.low
-        self.cell = cell or max(np.sqrt(length.sum() / len(length)), (self.extent.max() or 1.0) * 1e-3)
+        self.cell = cell or max(0.5 * np.sqrt(length.sum() / len(length)), (self.extent.max() or 1.0) * 1e-3)
         while np.prod(np.floor(self.extent / self.cell) + 1) > CELLS:
             self.cell *= 1.25
         self.counts = (np.floor(self.extent / self.cell) + 1).astype(np.int64)

@@ -8,43 +8,34 @@ from functools import cached_property
 
 import numpy as np
 
+ROWS = 64  # of an image, encoded at once
 
-@dataclass(frozen=True, eq=False)
+
 class Picture:
     """pixels (h, w, 4) float32 linear, multiplied by alpha unless `is_packed`: a fourth channel of its own. encoded:
-    whether Cycles keeps it as sRGB bytes, between which it interpolates before it decodes them."""
+    whether Cycles keeps it as sRGB bytes, between which it interpolates before it decodes them.
 
-    pixels: np.ndarray
-    encoded: bool = False
-    is_packed: bool = False
+    finest (h, w, 4): what is interpolated between where nothing is averaged, bytes where encoded.
+    """
+
+    def __init__(self, pixels, encoded=False, is_packed=False):
+        self.encoded = encoded
+        self.finest = _bytes(pixels, is_packed) if encoded else pixels
+        self._half = _halved(pixels)
 
     @cached_property
     def levels(self):
-        """[(h, w, 4)]: the pixels, and their means over 2 x 2, 4 x 4, ... of them until one is left."""
-        levels = [self.pixels]
+        """[(h, w, 4)] linear: the finest, then means over 2 x 2, 4 x 4, ... pixels until one is left."""
+        levels = [self.finest, self._half]
         while levels[-1].shape[0] * levels[-1].shape[1] > 1:
             levels.append(_halved(levels[-1]))
         return levels
 
-    @cached_property
-    def finest(self):
-        """(h, w, 4): what is interpolated between where nothing is averaged."""
-        if not self.encoded:
-            return self.pixels
-        alpha = self.pixels[..., 3:]
-        if self.is_packed:
-            return np.concatenate([srgb_of_linear(self.pixels[..., :3]), alpha], axis=2).astype(np.float32)
-        straight = np.divide(self.pixels[..., :3], alpha, out=np.zeros_like(self.pixels[..., :3]), where=alpha > 0)
-        encoded = srgb_of_linear(straight)
-        if (alpha < 1).any():
-            encoded = np.floor(np.rint(encoded * 255) * alpha + 1e-4) / 255  # whole bytes again
-        return np.concatenate([encoded, alpha], axis=2).astype(np.float32)
-
     def look_up(self, uv, use, footprint=None):
         """uv (n, 2) in images -> colour and alpha (n, 4). footprint (n, 2): the width and height to average over."""
         if footprint is None:
-            return use.finish(use.sample(self.finest, uv), self.encoded)
-        height, width = self.pixels.shape[:2]
+            return self._level(0, uv, use)
+        height, width = self.finest.shape[:2]
         texels = np.maximum((footprint * [width, height]).max(axis=1), 1e-9)
         level = np.clip(np.log2(texels), 0.0, len(self.levels) - 1)
         low = np.floor(level).astype(int)
@@ -58,8 +49,23 @@ class Picture:
 
     def _level(self, k, uv, use):
         if k == 0:
-            return use.finish(use.sample(self.finest, uv), self.encoded)
+            found = use.sample(self.finest, uv)
+            return use.finish(found / 255 if self.encoded else found, self.encoded)
         return use.finish(use.sample(self.levels[min(k, len(self.levels) - 1)], uv), False)
+
+
+def _bytes(pixels, is_packed):
+    """Linear (h, w, 4) -> sRGB bytes, multiplied by alpha as bytes where that is no channel of its own."""
+    encoded = np.empty(pixels.shape, np.uint8)
+    for y in range(0, len(pixels), ROWS):  # as whole, an image's doubles fill the memory
+        rows, alpha = pixels[y : y + ROWS, :, :3], pixels[y : y + ROWS, :, 3:]
+        is_clear = not is_packed and (alpha < 1).any()
+        if is_clear:
+            rows = np.divide(rows, alpha, out=np.zeros_like(rows), where=alpha > 0)
+        values = np.rint(srgb_of_linear(np.clip(rows, 0.0, 1.0)) * 255)
+        encoded[y : y + ROWS, :, :3] = values * alpha + 1e-4 if is_clear else values
+        encoded[y : y + ROWS, :, 3:] = np.rint(alpha * 255)
+    return encoded
 
 
 def _halved(pixels):
@@ -110,7 +116,7 @@ class Use:
         found = pixels[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]
         if self.extension == "CLIP":
             inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-            found = np.where(inside[:, None], found, np.float32(0))
+            found = found * inside[:, None]
         return found
 
     def finish(self, rgba, encoded):

@@ -116,8 +116,9 @@ class Varying:
         size = np.broadcast_to(np.asarray(size, float), len(points))
         one, other = _tangents(self._normals(points))
         step = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
-        along = (step[:, None] * size[:, None, None])[..., None]  # (n, samples, 1)
-        cells = points[:, None, None] + along[:, :, None] * one[:, None, None] + along[:, None] * other[:, None, None]
+        along = (size[:, None] * step)[..., None]  # (n, samples, 1)
+        one, other = along * one[:, None], along * other[:, None]
+        cells = points[:, None, None] + one[:, :, None] + other[:, None]
         values = self._in_chunks(cells.reshape(-1, 3), SAMPLES)
         return values.reshape(len(points), SAMPLES**2, 3).mean(axis=1)
 

@@ -7,44 +7,49 @@ import scenes
 PASS = "Cycles"
 
 
-def patch(name, material, uv_scale=1.0, cells=5, seed=1):
-    """A square 2 x 2 of cells with vertices and UVs moved at random, so that no vertex lies on a texture's edge."""
+def patch(name, materials, cells=5, seed=1):
+    """A square 2 x 2 of cells with vertices and UVs moved at random, so that no vertex lies on a texture's edge; once
+    for each material, all at one place: far from the origin Cycles moves the corners it bakes by more."""
     rng = np.random.default_rng(seed)
-    obj = scenes.grid(name, cells, 2.0, made_of=material)
-    mesh = obj.data
+    obj = scenes.grid(name, cells, 2.0)
+    mesh, copies = obj.data, len(materials)
     places = scenes.vertices(obj)
     places[:, :2] += rng.uniform(-0.1, 0.1, (len(places), 2))
     places[:, 2] = rng.uniform(-0.2, 0.2, len(places))
-    mesh.vertices.foreach_set("co", places.astype(np.float32).ravel())
-    corner = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", corner)
-    uv = places[corner, :2] / 2 + 0.5 + 0.05 * np.sin(7 * places[corner, 1:3])
-    for layer, values in (("UVMap", uv * uv_scale), ("Second", 1.5 * uv[:, ::-1] + 0.2)):
+    faces = np.array([polygon.vertices[:] for polygon in mesh.polygons])
+    mesh.clear_geometry()
+    every = (faces + len(places) * np.arange(copies)[:, None, None]).reshape(-1, 4)
+    mesh.from_pydata(np.tile(places, (copies, 1)), [], every.tolist())
+    for material in materials:
+        mesh.materials.append(material)
+    mesh.polygons.foreach_set("material_index", np.repeat(np.arange(copies, dtype=np.int32), len(faces)))
+    corner = np.tile(places[faces.ravel()], (copies, 1))
+    uv = corner[:, :2] / 2 + 0.5 + 0.05 * np.sin(7 * corner[:, 1:3])
+    for layer, values in (("UVMap", uv), ("Second", 1.5 * uv[:, ::-1] + 0.2)):
         mesh.uv_layers.new(name=layer).uv.foreach_set("vector", values.astype(np.float32).ravel())
-    for layer, kind, domain, k in (("Tint", "FLOAT_COLOR", "POINT", 1), ("Bytes", "BYTE_COLOR", "POINT", 2)):
+    for layer, kind, domain, k in (("Tint", "FLOAT_COLOR", "CORNER", 1), ("Bytes", "BYTE_COLOR", "POINT", 2)):
         made = mesh.color_attributes.new(layer, kind, domain)
-        values = np.random.default_rng(k).uniform(0.1, 0.9, (len(made.data), 4)).astype(np.float32)
+        values = np.random.default_rng(k).uniform(0.1, 0.9, (len(made.data) // copies, 4)).astype(np.float32)
         values[:, 3] = 1.0
-        made.data.foreach_set("color", values.ravel())
+        made.data.foreach_set("color", np.tile(values, (copies, 1)).ravel())
     mesh.update()
     return obj
 
 
-def baked(objects):
-    """{name: (corners, 3)}: Cycles' DIFFUSE COLOR pass at the corners of each object."""
+def baked(obj):
+    """(corners, 3): Cycles' DIFFUSE COLOR pass at the corners of an object."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.render.bake.target = "VERTEX_COLORS"
     scene.cycles.samples = 1
-    for obj in bpy.context.view_layer.objects:
-        obj.select_set(False)
-    for obj in objects:  # all at one place: far from the origin Cycles moves the corners it bakes by more
-        colours = obj.data.color_attributes
-        colours.active_color = colours.new(PASS, "FLOAT_COLOR", "CORNER")
-        obj.select_set(True)
-    bpy.context.view_layer.objects.active = objects[0]
+    bpy.context.view_layer.update()
+    for other in bpy.context.view_layer.objects:
+        other.select_set(other == obj)
+    bpy.context.view_layer.objects.active = obj
+    colours = obj.data.color_attributes
+    colours.active_color = colours.new(PASS, "FLOAT_COLOR", "CORNER")
     bpy.ops.object.bake(type="DIFFUSE", pass_filter={"COLOR"})
-    return {obj.name: scenes.colours(obj, PASS)[:, :3].astype(float) for obj in objects}
+    return scenes.colours(obj, PASS)[:, :3].astype(float)
 
 
 def corners(obj):

@@ -79,9 +79,8 @@ def image(name="Picture", alpha=False, is_float=False, space="sRGB", size=(13, 9
 TREES = {}
 
 
-def tree(name, scale=1.0):
+def tree(name):
     def keep(build):
-        build.scale = scale
         TREES[name] = build
         return build
 
@@ -357,7 +356,7 @@ def _(t):
     return t.add("VectorMath", {"Vector": colour, "Vector_001": (0.2, 0.2, 0.2)}, operation="MULTIPLY")
 
 
-@tree("checker", 3.0)
+@tree("checker")
 def _(t):
     return t.add("TexChecker", {"Vector": t.uv(), "Color1": (0.1, 0.2, 0.7), "Scale": 3.7}).outputs[0]
 
