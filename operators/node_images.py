@@ -9,7 +9,7 @@ from .image_pixels import ImageError, read_pixels
 from .node_places import uv as uv_map
 from .node_values import Value, at_places, derive, part
 from .node_walk import Recipe, Unknown
-from .picture import Picture, Tiles, Use
+from .picture import Picture, Tiles, Use, footprint
 
 # how many samples a side each cell has whose mean is asked for, 0 where it is none; see varying.Places
 SAMPLES = at_places(lambda places: np.array([[places.samples]]))
@@ -48,19 +48,6 @@ def _seen(picture, use, place):
 
     seen = derive(look_up, place, SAMPLES)
     return Value(None, seen.function, seen.inputs, seen.needs | {("image", "")}, seen.notes)
-
-
-def footprint(uv, samples):
-    """(n, 2): how far apart neighbouring samples are in the image; None where there are none.
-
-    uv (cells * samples^2, 2), cell by cell, row by row. The median in each cell, which a seam of the map leaves alone.
-    """
-    if not samples:
-        return None
-    grid = uv.reshape(-1, samples, samples, 2)
-    steps = [np.abs(np.diff(grid, axis=axis)).reshape(len(grid), -1, 2) for axis in (1, 2)]
-    widest = np.maximum(*(np.median(step, axis=1) for step in steps))
-    return np.repeat(widest, samples**2, axis=0)
 
 
 def _flat(vector):

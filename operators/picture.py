@@ -69,14 +69,23 @@ def _bytes(pixels, is_packed):
 
 
 def _halved(pixels):
-    """Means over 2 x 2 pixels; a last odd row or column counts once more."""
+    """Means over 2 x 2 pixels; of an odd number of rows or columns by their shares, so that the whole mean is kept."""
     for axis in (0, 1):
-        if pixels.shape[axis] > 1:
-            if pixels.shape[axis] % 2:
-                pixels = np.concatenate([pixels, np.take(pixels, [-1], axis=axis)], axis=axis)
-            even = np.moveaxis(pixels, axis, 0)
-            pixels = np.moveaxis((even[0::2] + even[1::2]) / 2, 0, axis)
-    return np.ascontiguousarray(pixels)
+        along = np.moveaxis(pixels, axis, 0)
+        if len(along) > 1:
+            along = (along[0::2] + along[1::2]) / 2 if len(along) % 2 == 0 else _shares(along)
+            pixels = np.moveaxis(along, 0, axis)
+    return np.ascontiguousarray(pixels, np.float32)
+
+
+def _shares(rows):
+    """An odd number n of rows as (n + 1) / 2 means over equal parts of them."""
+    count = (len(rows) + 1) // 2
+    ends = np.arange(count + 1) * len(rows) / count
+    total = np.concatenate([np.zeros_like(rows[:1], float), np.cumsum(rows, axis=0, dtype=float)])
+    row = np.minimum(ends.astype(int), len(rows) - 1)
+    total = total[row] + (ends - row)[:, None, None] * rows[row]
+    return np.diff(total, axis=0) * count / len(rows)
 
 
 @dataclass(frozen=True)
@@ -155,6 +164,19 @@ class Tiles:
                 extent = None if footprint is None else footprint[at]
                 out[at] = picture.look_up((uv - cell)[at], within, extent)
         return out
+
+
+def footprint(uv, samples):
+    """(n, 2): how far apart neighbouring samples are in the image; None where there are none.
+
+    uv (cells * samples^2, 2), cell by cell, row by row. The median in each cell, which a seam of the map leaves alone.
+    """
+    if not samples:
+        return None
+    grid = uv.reshape(-1, samples, samples, 2)
+    steps = [np.abs(np.diff(grid, axis=axis)).reshape(len(grid), -1, 2) for axis in (1, 2)]
+    widest = np.maximum(*(np.median(step, axis=1) for step in steps))
+    return np.repeat(widest, samples**2, axis=0)
 
 
 def linear_of_srgb(value):
