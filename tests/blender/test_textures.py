@@ -60,7 +60,7 @@ def test_a_floor_of_checks(read):
     reading = read()
     front = reading.scene.surfaces[0]
     at = np.random.default_rng(0).uniform(-0.5, 0.5, (500, 2))
-    is_one = (np.floor(8 * (at + 0.5)) @ [1, 1]).astype(int) % 2 == 0
+    is_one = (np.floor(8 * (at + 0.5)) @ [1, 1]).astype(int) % 2 == 1
     world = np.column_stack([at, np.zeros(500), np.ones(500)]) @ np.array(turned).T
     np.testing.assert_allclose(colour_at(front, world[:, :3])[:, 0], np.where(is_one, 0.8, 0.2), atol=1e-6)
     np.testing.assert_allclose(reading.scene.reflectance[0], 0.5, atol=0.01)
@@ -85,7 +85,8 @@ def test_spheres_are_mapped_by_their_faces(read):
 
 def test_boxes_whose_faces_show_the_image_each(read):
     image = node_tables.image(size=(8, 8))
-    box = textured(scenes.box("Box", 2.0, made_of=node_tables.material("Each", lambda t: picture(t, image))), None)
+    each = node_tables.material("Each", lambda t: picture(t, image, interpolation="Closest"))
+    box = textured(scenes.box("Box", 2.0, made_of=each), None)
     scenes.grid("Floor", 1, 9.0, Matrix.Translation((0, 0, -3)))
     scene = read().scene
     mean = np.array(image.pixels[:]).reshape(8, 8, 4)[..., :3]
