@@ -14,6 +14,8 @@ from .bake_points import bake_points, corners_of
 from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .error_map import error_name, heat_map, names_written
+from .field_at import Field
+from .own_meshes import OwnMeshes
 from .read_scene import read_steps, some
 from .render_visible import render_visible
 from .report import bake_report
@@ -38,6 +40,8 @@ class BakeSettings:
     data_type: str = "FLOAT_COLOR"
     exposure: float = 0.0  # stops
     heat_map: bool = False  # also the estimated error, as colours
+    make_single_user: bool = False  # objects that share a mesh get their own
+    apply_modifiers: bool = False  # what modifiers change is baked as they leave it
 
 
 def bake_steps(context, settings):
@@ -51,7 +55,11 @@ def bake_steps(context, settings):
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
         steps = read_steps(
-            context, settings.objects, {*names_written(settings.attribute), *baked_before(context.scene)}
+            context,
+            settings.objects,
+            {*names_written(settings.attribute), *baked_before(context.scene)},
+            settings.make_single_user,
+            settings.apply_modifiers,
         )
         reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
         targets = find_targets(reading)
@@ -62,15 +70,15 @@ def bake_steps(context, settings):
         yield from _check_sides(reading, targets)
         points = []
         for target in targets:
-            steps = in_thread(bake_points, target.polygon_surface, *corners_of(target), settings.domain)
+            steps = in_thread(bake_points, *corners_of(target), settings.domain)
             points.append((yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))))
     with _timed(seconds, "solve"):
         solution = yield from _solve(reading.scene, settings, seconds["read"])
     with _timed(seconds, "evaluate"):
-        field = solution.radiance if settings.quantity == "RADIANCE" else solution.incident
-        values = yield from _evaluate(solution, field, points)
+        field = Field(solution, settings.quantity)
+        values = yield from _evaluate(field, points)
     with _timed(seconds, "check"):
-        steps = between_steps(solution, field, targets, points, values)
+        steps = between_steps(field, targets, points, values)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
     with ExitStack() as undo:  # of what was written, where anything after it fails
         with _timed(seconds, "write"):
@@ -79,6 +87,8 @@ def bake_steps(context, settings):
                 for target, p, v in zip(targets, points, values, strict=True)
             ]
             errors = heat_map(solution, targets, points) if settings.heat_map else None
+            own_meshes = OwnMeshes(context, targets)
+            undo.callback(own_meshes.undo)
             if errors:
                 undo.callback(write_colours(errors.items, error_name(settings.attribute), "FLOAT_COLOR"))
             undo.callback(write_colours(items, settings.attribute, settings.data_type))
@@ -86,6 +96,7 @@ def bake_steps(context, settings):
         report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
         context.scene.pdm_radiosity.keep(report)
         undo.pop_all()
+    own_meshes.commit()
     return report
 
 
@@ -113,7 +124,7 @@ def _check_sides(reading, targets):
     away = [
         target.name
         for target in targets
-        if reached[target.surfaces].any() and not reached[np.unique(target.polygon_surface)].any()
+        if reached[target.surfaces].any() and not reached[np.unique(target.corner_surface)].any()
     ]
     if not away:
         return
@@ -151,7 +162,7 @@ def _solve(scene, settings, spent):
     return (yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
 
 
-def _evaluate(solution, field, points):
+def _evaluate(field, points):
     """[(k, 3) float64 a bake object]: the field where each is read off."""
     total, done, chunk = sum(len(p.points) for p in points), 0, FIRST_CHUNK
     values = [np.empty((len(p.points), 3)) for p in points]
@@ -160,10 +171,10 @@ def _evaluate(solution, field, points):
             while start < stop:
                 begun = time.perf_counter()
                 end = min(start + chunk, stop)
-                out[start:end] = field(surface, p.points[start:end])
+                out[start:end] = field(surface, *p.some(start, end))
                 done += end - start
                 speed = (end - start) / max(time.perf_counter() - begun, 1e-6)
                 chunk = int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, 128 * FIRST_CHUNK))
                 start = end
-                yield Stage("Evaluating vertices", done / total, solution.error)
+                yield Stage("Evaluating vertices", done / total, field.solution.error)
     return values

@@ -10,6 +10,7 @@ from ..pdm_core import SceneError
 from ..pdm_core.signs_of_life import finish
 from .bake import BakeSettings, Stage, bake_steps
 from .colour_attribute import BakeError
+from .edit_mode import object_mode
 from .read_scene import read_scene
 from .report import one_line, scan_result
 from .settings import SETTING_NAMES, BakeProperties
@@ -31,7 +32,8 @@ class Steps:
 
     def execute(self, context):
         try:
-            result = finish(self.make_steps(context))
+            with object_mode(context):
+                result = finish(self.make_steps(context))
         except (BakeError, SceneError) as error:
             return self.fail(error)
         return self.done(context, result)
@@ -134,7 +136,8 @@ class PDM_OT_scan(Operator):
 
     def execute(self, context):
         try:
-            scan = scan_result(read_scene(context))
+            with object_mode(context):
+                scan = scan_result(read_scene(context))
         except SceneError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -18,6 +18,7 @@ from .convergence import ConvergenceSettings, convergence_steps
 from .convergence_operator import NAMES as CONVERGENCE_NAMES
 from .convergence_operator import write
 from .convergence_page import text_rows
+from .edit_mode import object_mode
 from .render_image import render_image
 from .report import one_line, percent, version
 from .settings import SETTING_NAMES, BakeProperties
@@ -81,7 +82,8 @@ def _whole(path):
 def _bake(options):
     context = bpy.context
     settings = BakeSettings(**{name: getattr(options, name) for name in SETTING_NAMES})
-    report = finish(bake_steps(context, settings), _Progress())
+    with object_mode(context):
+        report = finish(bake_steps(context, settings), _Progress())
     if options.image:
         with _whole(os.path.abspath(options.image)) as part:
             render_image(context, settings.attribute, part)
@@ -100,7 +102,8 @@ def _bake(options):
 
 def _converge(options):
     settings = ConvergenceSettings(**{name: getattr(options, name) for name in CONVERGENCE_NAMES})
-    result = finish(convergence_steps(bpy.context, settings), _Progress())
+    with object_mode(bpy.context):
+        result = finish(convergence_steps(bpy.context, settings), _Progress())
     paths = write(result, options.folder)
     for text in result["said"] + result["warnings"]:
         print(f"pdm: {text}", file=sys.stderr)
@@ -199,6 +202,8 @@ def _parser():
     bake.add_argument("--report", metavar="FILE.json", help="write the report here")
     bake.add_argument("--image", type=_ending(".png"), metavar="FILE.png", help="render the baked scene (Cycles, CPU)")
     bake.add_argument("--heat-map", action="store_true", help="also write the estimated error as NAME Error")
+    bake.add_argument("--make-single-user", action="store_true", help="objects that share a mesh get their own")
+    bake.add_argument("--apply-modifiers", action="store_true", help="bake what modifiers change as they leave it")
     bake.set_defaults(usage_error=bake.error, work=_bake)
     return parser
 

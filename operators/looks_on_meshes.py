@@ -9,25 +9,27 @@ from .varying import Faces, Varying
 GREY = 0.8  # what is taken where a colour shows a bake
 
 
-def looks_on(mesh, looks):
-    """[Appearance] of each shape of a MeshObject, what varies as functions of points of it. looks: {name: Appearance}.
+def looks_on(mesh, looks, baked):
+    """[Appearance] of each shape of a MeshObject, what varies as functions of points of it. looks: {name: Appearance};
+    baked: names of colour attributes that hold bakes.
 
     What the mesh has not goes to its warnings.
     """
     own = [looks[name] for name in mesh.shape_materials]
-    if mesh.layers is None:
+    layers = mesh.raw.layers
+    if layers is None:
         return own
-    for kind, name in mesh.layers.missing:
+    for kind, name in layers.missing:
         what = {"uv": "UV map", "attribute": "attribute"}[kind]
         mesh.warnings.append(f"it has no {what} {name!r} that its material asks for: it is taken as 0")
-    shape = mesh.shapes.polygon_shape[mesh.layers.polygon]
+    shape = mesh.shapes.triangle_shape
     order = np.argsort(shape, kind="stable")
     ends = np.searchsorted(shape[order], np.arange(len(own) + 1))
     on = [
-        look.on(Faces(mesh.layers, mesh.matrix, order[ends[k] : ends[k + 1]])) if look.needs else look
+        look.on(Faces(layers, mesh.raw.matrix, order[ends[k] : ends[k + 1]])) if look.needs else look
         for k, look in enumerate(own)
     ]
-    return [_without_bake(look, mesh) for look in on] if mesh.layers.default_is_bake else on
+    return [_without_bake(look, mesh) for look in on] if layers.default_colour in baked else on
 
 
 def _without_bake(look, mesh):
@@ -40,7 +42,9 @@ def _without_bake(look, mesh):
 
     changed = replace(look, reflectance=other(look.reflectance, GREY), emission=other(look.emission, 0.0))
     if any(a is not b for a, b in zip(changed.reflectance + changed.emission, look.reflectance + look.emission)):
-        mesh.warnings.append(f"its material shows the baked attribute {mesh.layers.default_colour!r}: it is not read")
+        mesh.warnings.append(
+            f"its material shows the baked attribute {mesh.raw.layers.default_colour!r}: it is not read"
+        )
         return changed
     return look
 

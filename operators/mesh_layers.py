@@ -1,52 +1,47 @@
-"""What textures read of a mesh: triangles, UV maps, attributes, texture space; copies that need no Blender any more."""
+"""What textures read of a mesh: UV maps, attributes, texture space; copies that need no Blender any more."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+
+from .mesh_arrays import Arrays
 
 
 @dataclass(eq=False)
 class MeshLayers:
-    """vertices (n, 3) m, local; triangles (t, 3) corners, corner_vertex (c,), polygon (t,) of each triangle; layers
-    {(kind, name): (c, k)} by corners; space: (centre (3,), half size (3,)) of generated coordinates; colour (4,) of
-    the object; missing: [(kind, name)] that the mesh has not; default_colour: the name of the attribute named ''."""
+    """arrays: the mesh's Arrays; layers {(kind, name): (c, k)} by corners; space: (centre (3,), half size (3,)) of
+    generated coordinates; colour (4,) of the object; missing: [(kind, name)] that the mesh has not; default_colour:
+    the name of the attribute that is named ''."""
 
-    vertices: np.ndarray
-    triangles: np.ndarray
-    corner_vertex: np.ndarray
-    polygon: np.ndarray
+    arrays: Arrays
     space: tuple
     colour: np.ndarray
     layers: dict = field(default_factory=dict)
     missing: list = field(default_factory=list)
     default_colour: str = ""
-    default_is_bake: bool = False
 
 
-def gather_layers(obj, depsgraph, needs, baked=frozenset()):
-    """The MeshLayers of a mesh object as evaluated, with what `needs`, {(kind, name)}, asks for; None for nothing.
-    baked: names of colour attributes that hold bakes."""
+def gather_layers(obj, arrays, needs, copies):
+    """The MeshLayers of an evaluated object with what `needs`, {(kind, name)}, asks for; None for nothing. arrays: of
+    its mesh; copies: a dict kept over all calls while no mesh changes, so that instances share theirs."""
     if not needs:
         return None
-    mesh = obj.evaluated_get(depsgraph).data
-    mesh.calc_loop_triangles()
-    triangles = _array(mesh.loop_triangles, "loops", np.int32, 3)
+    mesh = obj.data
+    key = (mesh.as_pointer(), needs)
+    if key not in copies:
+        copies[key] = _gathered(mesh, arrays, needs)
+    return replace(copies[key], colour=np.array(obj.color, float))
+
+
+def _gathered(mesh, arrays, needs):
     space = (np.array(mesh.texspace_location, float), np.array(mesh.texspace_size, float))
-    found = MeshLayers(
-        vertices=_array(mesh.vertices, "co", np.float32, 3).astype(float),
-        triangles=triangles,
-        corner_vertex=_array(mesh.loops, "vertex_index", np.int32),
-        polygon=_array(mesh.loop_triangles, "polygon_index", np.int32),
-        space=space,
-        colour=np.array(obj.color, float),
-    )
+    found = MeshLayers(arrays, space, np.ones(4))
     colours = mesh.color_attributes
     if len(colours) and 0 <= colours.render_color_index < len(colours):
         found.default_colour = colours[colours.render_color_index].name
-        found.default_is_bake = found.default_colour in baked
     for kind, name in needs:
         if kind in ("uv", "attribute"):
-            values = _uv(mesh, name) if kind == "uv" else _attribute(mesh, name or found.default_colour, found)
+            values = _uv(mesh, name) if kind == "uv" else _attribute(mesh, name or found.default_colour, arrays)
             if values is None:
                 found.missing.append((kind, name))
             else:
@@ -79,7 +74,7 @@ _FIELDS = {  # of attributes' data, by their type: (name, numbers)
 }
 
 
-def _attribute(mesh, name, found):
+def _attribute(mesh, name, arrays):
     """(c, 4): a colour attribute with its alpha, another as its number three times or its vector, alpha 1; or None."""
     attribute = mesh.attributes.get(name) if name else None
     if attribute is None or attribute.data_type not in _FIELDS or attribute.domain not in ("POINT", "CORNER", "FACE"):
@@ -88,9 +83,9 @@ def _attribute(mesh, name, found):
     kind = {"INT": np.int32, "INT8": np.int32, "BOOLEAN": bool}.get(attribute.data_type, np.float32)
     values = _array(attribute.data, what, kind, width).reshape(-1, width).astype(np.float32)
     if attribute.domain == "POINT":
-        values = values[found.corner_vertex]
+        values = values[arrays.corners]
     elif attribute.domain == "FACE":
-        values = np.repeat(values, _array(mesh.polygons, "loop_total", np.int32), axis=0)
+        values = np.repeat(values, arrays.counts, axis=0)
     whole = np.zeros((len(values), 4), np.float32)
     whole[:, 3] = 1.0
     whole[:, :width] = values

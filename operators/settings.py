@@ -99,6 +99,21 @@ class BakeProperties:
         ),
         default=False,
     )
+    make_single_user: BoolProperty(
+        name="Make Single User",
+        description=(
+            "Objects that share a mesh are each baked on a copy of their own. Otherwise the first one's bake is all's"
+        ),
+        default=False,
+    )
+    apply_modifiers: BoolProperty(
+        name="Apply Modifiers",
+        description=(
+            "Modifiers and shape keys that change an object's vertices or faces are applied, and the result is baked. "
+            "Otherwise such an object takes part in the light and is not baked"
+        ),
+        default=False,
+    )
 
 
 SETTING_NAMES = tuple(BakeProperties.__annotations__)

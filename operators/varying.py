@@ -18,7 +18,7 @@ class Faces:
     def __init__(self, layers, matrix, chosen):
         self.layers = layers
         self.matrix = np.asarray(matrix, float)
-        self.corners = layers.triangles[chosen]
+        self.corners = layers.arrays.triangles[chosen]
         self._straight = {}
 
     @cached_property
@@ -28,7 +28,7 @@ class Faces:
     @cached_property
     def places(self):
         """(t, 3, 3) m, local: the triangles' corners."""
-        return self.layers.vertices[self.layers.corner_vertex[self.corners]]
+        return self.layers.arrays.vertices[self.layers.arrays.corners[self.corners]].astype(float)
 
     @cached_property
     def world(self):

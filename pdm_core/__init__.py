@@ -1,15 +1,19 @@
-"""Diffuse light between exact planes and spheres: form factors, radiosity, gathering. Needs numpy only."""
+"""Diffuse light between exact flat shapes and spheres, and meshes: form factors, radiosity, gathering. Needs numpy."""
 
 from .checked import SceneError
 from .form_factors import FormFactors, form_factors, pdm_form_factor
+from .mesh import Mesh
 from .plan import Plan, plan
+from .polygon import Polygon
 from .radiosity import Progress, Solution, solve, solve_steps
 from .scene import Plane, Scene, Sphere, Surface
 
 __all__ = [
     "FormFactors",
+    "Mesh",
     "Plan",
     "Plane",
+    "Polygon",
     "Progress",
     "Scene",
     "SceneError",

@@ -19,14 +19,17 @@ def read(addon):
 def colours(addon, read):
     """colours(obj, points, slot=0): (n, 3) reflectance of the front of one material there, and its warnings."""
     layers, varying = addon("operators.mesh_layers"), addon("operators.varying")
+    arrays_of = addon("operators.mesh_arrays").arrays_of
 
     def at(obj, points, slot=0):
         look = read(obj.data.materials[slot])
-        found = layers.gather_layers(obj, bpy.context.evaluated_depsgraph_get(), look.needs)
+        evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        found = layers.gather_layers(evaluated, arrays_of(evaluated.data), look.needs, {})
         if found is not None:
             index = np.empty(len(obj.data.polygons), np.int32)
             obj.data.polygons.foreach_get("material_index", index)
-            look = look.on(varying.Faces(found, np.array(obj.matrix_world), index[found.polygon] == slot))
+            chosen = np.repeat(index, 2) == slot  # all are quads
+            look = look.on(varying.Faces(found, np.array(obj.matrix_world), chosen))
         value = look.reflectance[0]
         return value(points) if callable(value) else np.tile(value, (len(points), 1)), look.warnings
 

@@ -13,7 +13,7 @@ _package = types.ModuleType("operators_without_bpy")
 _package.__path__ = [str(Path(__file__).resolve().parents[2] / "operators")]
 sys.modules.setdefault(_package.__name__, _package)
 from_ = lambda name: importlib.import_module(f"operators_without_bpy.{name}")  # noqa: E731
-MeshLayers = from_("mesh_layers").MeshLayers
+MeshLayers, Arrays = from_("mesh_layers").MeshLayers, from_("mesh_arrays").Arrays
 at_places, constant, derive, evaluate = (getattr(from_("node_values"), n) for n in (
     "at_places", "constant", "derive", "evaluate"))  # fmt: skip
 Picture, Use, footprint = (getattr(from_("picture"), n) for n in ("Picture", "Use", "footprint"))
@@ -30,11 +30,15 @@ def sheet(cells, uv):
     corner = np.stack([x, y], -1)[:, None] + [[0, 0], [1, 0], [1, 1], [0, 1]]
     places = corner.reshape(-1, 2) / cells
     first = 4 * np.arange(cells**2)[:, None]
-    layers = MeshLayers(
+    arrays = Arrays(
         vertices=np.column_stack([places, np.zeros(len(places))]),
+        corners=np.arange(len(places)),
+        counts=np.full(cells**2, 4),
         triangles=np.concatenate([first + [0, 1, 2], first + [0, 2, 3]]),
-        corner_vertex=np.arange(len(places)),
-        polygon=np.tile(np.arange(cells**2), 2),
+        normals=None,
+    )
+    layers = MeshLayers(
+        arrays,
         space=(np.full(3, 0.5), np.full(3, 0.5)),
         colour=np.ones(4),
         layers={("uv", ""): uv(places, np.repeat(np.arange(cells**2), 4)).astype(np.float32)},
