@@ -1,8 +1,14 @@
-"""Which triangle of a mesh a point lies on, and where on it. numpy only, no bpy."""
+"""Which triangle of a mesh a point lies on, and where on it. numpy only, no bpy.
+
+Points that lie on the faces, or near them, are found in a grid by what is straight below them, some five times as fast
+as the nearest triangle to a point anywhere, which the others are left to.
+"""
 
 from functools import cached_property
 
 import numpy as np
+
+from ..pdm_core.nearest import NearestTriangle
 
 CHUNK = 16384  # points at a time
 FEW = 12  # triangles that are all tried
@@ -12,9 +18,9 @@ SLACK = 1e-6  # of a triangle's size, by which a point is inside still
 
 
 class NearestFace:
-    """triangles (t, 3, 3) m. cell: the size of a grid's cells in m, by the triangles' own where it is None."""
+    """triangles (t, 3, 3) m."""
 
-    def __init__(self, triangles, cell=None):
+    def __init__(self, triangles):
         self.triangles = np.asarray(triangles, float)
         edges = self.triangles[:, 1:] - self.triangles[:, :1]
         normal = np.cross(edges[:, 0], edges[:, 1])
@@ -23,8 +29,10 @@ class NearestFace:
         self._planes = _planes(self.triangles[:, 0], edges, normal, length)
         self.low, high = self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
         self.extent = high - self.low
-        self.cell = cell or max(0.5 * np.sqrt(length.sum() / len(length)), (self.extent.max() or 1.0) * 1e-3)
-        while np.prod(np.floor(self.extent / self.cell) + 1) > CELLS:
+        self.cell = max(0.5 * np.sqrt(length.sum() / len(length)), (self.extent.max() or 1.0) * 1e-3)
+        sizes = np.ptp(self.triangles, axis=1)
+        most = CELLS + 32 * len(sizes)  # entries: large triangles are in many cells
+        while np.prod(self.extent / self.cell + 1) > CELLS or np.prod(sizes / self.cell + 2, axis=1).sum() > most:
             self.cell *= 1.25
         self.counts = (np.floor(self.extent / self.cell) + 1).astype(np.int64)
 
@@ -37,38 +45,14 @@ class NearestFace:
         return triangle, weights
 
     def _locate(self, points):
-        n = len(points)
-        is_all = len(self.triangles) <= FEW or self.counts.prod() == 1
-        if is_all:
-            point = np.repeat(np.arange(n), len(self.triangles))
-            candidate = np.tile(np.arange(len(self.triangles)), n)
-            if len(self.triangles) > FEW:
-                return self._one_by_one(points)
+        if len(self.triangles) <= FEW:
+            point, candidate = (a.ravel() for a in np.indices((len(points), len(self.triangles))))
         else:
             point, candidate = self._candidates(points)
         triangle, weights, height = self._below(points, point, candidate)
-        reach = np.inf if is_all else MARGIN * self.cell
-        left = np.flatnonzero(~(height <= reach))
+        left = np.flatnonzero(~(height <= MARGIN * self.cell))
         if len(left):
-            back = np.full(n, -1)
-            back[left] = np.arange(len(left))
-            of_left = back[point] >= 0
-            found, at, far = self._nearest(points[left], back[point[of_left]], candidate[of_left])
-            triangle[left], weights[left] = found, at
-            left = left[~(far <= reach)]
-            if len(left):
-                triangle[left], weights[left] = self._coarser._locate(points[left])
-        return triangle, weights
-
-    def _one_by_one(self, points):
-        """Every triangle for every point, in parts that fit the memory."""
-        triangle, weights = np.empty(len(points), np.int64), np.empty((len(points), 3))
-        step = max(1, 2**20 // len(self.triangles))
-        for start in range(0, len(points), step):
-            part = points[start : start + step]
-            point = np.repeat(np.arange(len(part)), len(self.triangles))
-            candidate = np.tile(np.arange(len(self.triangles)), len(part))
-            triangle[start : start + step], weights[start : start + step], _ = self._nearest(part, point, candidate)
+            triangle[left], weights[left] = self._anywhere.find(points[left])
         return triangle, weights
 
     def _candidates(self, points):
@@ -107,8 +91,8 @@ class NearestFace:
         return starts, triangle[order]
 
     @cached_property
-    def _coarser(self):
-        return NearestFace(self.triangles, 4 * self.cell)
+    def _anywhere(self):
+        return NearestTriangle(self.triangles)
 
     def _below(self, points, point, candidate):
         """Of each point the triangle straight below it that is nearest: (triangle, weights, height or nan)."""
@@ -122,25 +106,6 @@ class NearestFace:
         """(k, 3): weights of the second and third corner, and the height."""
         planes = self._planes[candidate]
         return np.einsum("kij,kj->ki", planes[:, :, :3], points[point]) + planes[:, :, 3]
-
-    def _nearest(self, points, point, candidate):
-        """Of each point the nearest triangle: (triangle, weights, distance)."""
-        corner, at = self.triangles[candidate], points[point]
-        best, distance = np.zeros((len(point), 2)), np.full(len(point), np.inf)
-        weights = self._weights(points, point, candidate)
-        inside = (weights[:, :2] >= 0).all(axis=1) & (weights[:, 0] + weights[:, 1] <= 1)
-        best[inside], distance[inside] = weights[inside, :2], np.abs(weights[inside, 2])
-        for a, b in ((0, 1), (1, 2), (2, 0)):
-            along = corner[:, b] - corner[:, a]
-            offset = at - corner[:, a]
-            t = np.einsum("ij,ij->i", offset, along) / np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
-            t = np.clip(t, 0.0, 1.0)
-            apart = np.linalg.norm(offset - t[:, None] * along, axis=1)
-            nearer = apart < distance
-            whole = np.zeros((len(point), 3))
-            whole[:, a], whole[:, b] = 1 - t, t
-            best[nearer], distance[nearer] = whole[nearer, 1:], apart[nearer]
-        return _least(distance, point, candidate, best, len(points))
 
 
 def _planes(first, edges, normal, length):

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-# operators/__init__.py imports bpy; an empty package over the same folder lets its numpy-only modules be imported
-_package = types.ModuleType("operators_without_bpy")
-_package.__path__ = [str(Path(__file__).resolve().parents[2] / "operators")]
-sys.modules.setdefault(_package.__name__, _package)
-module = importlib.import_module("operators_without_bpy.picture")
+# the package and its operators import bpy; empty ones over the same folders let numpy-only modules be imported
+for _name, _path in (("without_bpy", "."), ("without_bpy.operators", "operators")):
+    _package = types.ModuleType(_name)
+    _package.__path__ = [str(Path(__file__).resolve().parents[2] / _path)]
+    sys.modules.setdefault(_name, _package)
+module = importlib.import_module("without_bpy.operators.picture")
 Picture, Tiles, Use = module.Picture, module.Tiles, module.Use
 linear_of_srgb, srgb_of_linear = module.linear_of_srgb, module.srgb_of_linear
 

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-# operators/__init__.py imports bpy; an empty package over the same folder lets its numpy-only modules be imported
-_package = types.ModuleType("operators_without_bpy")
-_package.__path__ = [str(Path(__file__).resolve().parents[2] / "operators")]
-sys.modules.setdefault(_package.__name__, _package)
-from_ = lambda name: importlib.import_module(f"operators_without_bpy.{name}")  # noqa: E731
+# the package and its operators import bpy; empty ones over the same folders let numpy-only modules be imported
+for _name, _path in (("without_bpy", "."), ("without_bpy.operators", "operators")):
+    _package = types.ModuleType(_name)
+    _package.__path__ = [str(Path(__file__).resolve().parents[2] / _path)]
+    sys.modules.setdefault(_name, _package)
+from_ = lambda name: importlib.import_module(f"without_bpy.operators.{name}")  # noqa: E731
 MeshLayers, Arrays = from_("mesh_layers").MeshLayers, from_("mesh_arrays").Arrays
 at_places, constant, derive, evaluate = (getattr(from_("node_values"), n) for n in (
     "at_places", "constant", "derive", "evaluate"))  # fmt: skip
