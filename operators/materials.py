@@ -119,22 +119,33 @@ def _within(value, most):
     return value if value.varies else np.clip(np.broadcast_to(value.constant[0], 3), 0.0, most)
 
 
+def node_emission(data):
+    """(what the nodes of a light or world emit (3,), or None where it uses none; warnings), by their plain values."""
+    if not _uses_nodes(data):
+        return None, []
+    output = data.node_tree.get_output_node("CYCLES")
+    walk = Walk(data.node_tree, IN_WORLDS)
+    light = _surface(output, walk)
+    notes = (
+        ["its volume is left out"] if output and "Volume" in output.inputs and _is_fed(walk, output, "Volume") else []
+    )
+    return np.broadcast_to(light.emitted.constant[0], 3), [*light.notes, *notes]
+
+
 def read_world(world):
     """(background radiance (3,), warnings) of a World, or black for None."""
     if world is None:
         return np.zeros(3), []
-    if not _uses_nodes(world):
-        return np.array(world.color, float), []
-    output = world.node_tree.get_output_node("CYCLES")
-    walk = Walk(world.node_tree, IN_WORLDS)
-    light = _surface(output, walk)
-    notes = ["its volume is left out"] if output and _is_fed(walk, output, "Volume") else []
-    return _within(light.emitted, np.inf), [*light.notes, *notes]
+    light, warnings = node_emission(world)
+    return np.maximum(world.color if light is None else light, 0.0), warnings
 
 
 def _uses_nodes(data):
-    # materials and worlds always have nodes from 5.0 on, and asking is deprecated there
-    return data.node_tree is not None and (bpy.app.version >= (5, 0) or data.use_nodes)
+    if data.node_tree is None:
+        return False
+    # materials and worlds always have nodes from 5.0 on, lights later, and asking is deprecated where they do
+    always = bpy.app.version >= (5, 0) and not isinstance(data, bpy.types.Light)
+    return always or getattr(data.bl_rna.properties["use_nodes"], "is_deprecated", False) or data.use_nodes
 
 
 def _is_fed(walk, output, name):

@@ -114,7 +114,9 @@ def _planes(first, edges, normal, length):
     one, other = np.cross(edges[:, 1], unit), np.cross(unit, edges[:, 0])
     scale = np.where(length > 0, 1 / np.maximum(length, 1e-300), 0.0)[:, None]
     rows = np.stack([one * scale, other * scale, unit], axis=1)
-    return np.concatenate([rows, -np.einsum("tij,tj->ti", rows, first)[:, :, None]], axis=2)
+    planes = np.concatenate([rows, -np.einsum("tij,tj->ti", rows, first)[:, :, None]], axis=2)
+    planes[length == 0, :2, 3] = -1.0  # without an area nothing is above it
+    return planes
 
 
 def _least(height, point, candidate, weights, count):
