@@ -6,8 +6,9 @@ import bpy
 import numpy as np
 
 from .image_pixels import ImageError, read_pixels
+from .node_places import read_off
 from .node_places import uv as uv_map
-from .node_values import Value, at_places, derive, part
+from .node_values import Value, at_places, derive
 from .node_walk import Recipe, Unknown
 from .picture import Picture, Tiles, Use, footprint
 
@@ -19,8 +20,6 @@ def _image_texture(output, walk):
     node = output.node
     if node.image is None:
         return Unknown(" without an image")
-    if node.projection == "BOX":
-        return Unknown(" in box projection, which is not read")
     try:
         picture = _picture(node.image, walk.images)
     except ImageError as error:
@@ -30,24 +29,74 @@ def _image_texture(output, walk):
               is_straight and node.image.colorspace_settings.name != "Non-Color")  # fmt: skip
     columns = slice(3, 4) if output.socket.identifier == "Alpha" else slice(3)
     vector = output.input("Vector")
-    is_linked, project = walk.is_linked(vector), _PROJECTIONS[node.projection]
+    is_linked, projection, blend = walk.is_linked(vector), node.projection, node.projection_blend
 
     def shown(given):
-        place = derive(project, given if is_linked else uv_map())
-        if not place.varies:
-            return derive(lambda uv: picture.look_up(uv, use)[:, columns], place)
-        seen = _seen(picture, use, place)
-        return part(seen, 3) if columns.start == 3 else derive(lambda rgba: rgba[:, :3], seen)
+        vector = given if is_linked else uv_map()
+        if projection == "BOX":
+            seen = _seen_from_three_sides(picture, use, vector, blend)
+        else:
+            seen = _seen(picture, use, derive(_PROJECTIONS[projection], vector))
+        return derive(lambda rgba: rgba[:, columns], seen)
 
     return Recipe([vector], shown)
 
 
 def _seen(picture, use, place):
+    if not place.varies:
+        return derive(lambda uv: picture.look_up(uv, use), place)
+
     def look_up(uv, samples):
         return picture.look_up(uv, use, footprint(uv, int(samples[0, 0])))
 
     seen = derive(look_up, place, SAMPLES)
     return Value(None, seen.function, seen.inputs, seen.needs | {("image", "")}, seen.notes)
+
+
+def _seen_from_three_sides(picture, use, vector, blend):
+    """Box projection: along the axis that the face looks along most, mixed where two or three are alike."""
+    normal = read_off("normal")
+    views = ((0, 1, 2, -1), (1, 0, 2, 1), (2, 1, 0, 1))
+    seen = [_seen(picture, use, derive(_side(*view), vector, normal)) for view in views]
+
+    def mix(normal, *sides):
+        weights = _shares_of_axes(normal, blend)
+        return sum(weights[:, k : k + 1] * side for k, side in enumerate(sides))
+
+    return derive(mix, normal, *seen)
+
+
+def _side(axis, across, up, sign):
+    """The place in the image of what is seen along an axis; turned round where the normal has this sign there."""
+
+    def place(vector, normal):
+        u = vector[:, across]
+        return np.column_stack([np.where(sign * normal[:, axis] > 0, 1 - u, u), vector[:, up]])
+
+    return place
+
+
+def _shares_of_axes(normal, blend):
+    """Normals (n, 3) -> weights (n, 3) of the axes, as Cycles blends them."""
+    size = np.abs(normal) / np.abs(normal).sum(axis=1, keepdims=True)
+    limit = (1 + blend) / 2
+    weights = np.zeros(size.shape)
+    todo = np.ones(len(size), bool)
+    for a, b, c in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):  # one axis alone
+        only = todo & (size[:, a] > limit * (size[:, a] + np.maximum(size[:, b], size[:, c])))
+        weights[only, a] = 1.0
+        todo &= ~only
+    if blend == 0:
+        weights[todo, 0] = 1.0
+        return weights
+    for a, b, c in ((0, 1, 2), (1, 2, 0), (0, 2, 1)):  # two of them
+        two = todo & (size[:, c] < (1 - limit) * (size[:, a] + size[:, b]))
+        share = size[two, a] / (size[two, a] + size[two, b])
+        weights[two, a] = np.clip((share - (1 - blend) / 2) / blend, 0.0, 1.0)
+        weights[two, b] = 1 - weights[two, a]
+        todo &= ~two
+    weights[todo] = ((2 - limit) * size[todo] + limit - 1) / (2 * limit - 1)
+    return weights
 
 
 def _flat(vector):

@@ -3,8 +3,12 @@
 Everything is diffuse here. Principled: of its base colour, (1 - Metallic) (1 - Transmission) is diffuse in Blender too;
 the rest, which metal mirrors and glass lets through, stands in as diffuse light of the base colour, so that it stays in
 the room where a mirror would have kept it, and the whole reflects its base colour. The gloss of a dielectric over its
-base, some 4 % of what is not reflected below it, is left out. Glossy, Glass, Translucent and their like reflect their
-colour diffusely too. What lets light straight through (Alpha, Transparent) is opaque.
+base is left out. Glossy, Glass, Translucent and their like reflect their colour diffusely too. What lets light straight
+through (Alpha, Transparent) is opaque.
+
+Against Cycles' full light in a closed room of reflectance .7 the mean of the walls came out 1 % off with a metal floor
+or with a ball of metal or glass, no more than where all is diffuse; 3 % too dark, 4 % at reflectance .2, where all is
+Principled, for the gloss.
 """
 
 from dataclasses import dataclass

@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..pdm_core.scene import unit
 from .nearest_face import NearestFace
 from .node_values import evaluate
 
@@ -42,6 +43,17 @@ class Faces:
         flat = np.abs(np.cross(normals, normals[0])).max() < AFFINE
         return normals[0] if flat else None
 
+    @cached_property
+    def normals(self):
+        """(t, 3, 3) local, with which the triangles' corners are shaded; their own where those of a face are alike."""
+        a, b, c = self.places.swapaxes(0, 1)
+        own = np.repeat(unit(np.cross(b - a, c - a))[:, None], 3, axis=1)
+        if self.layers.arrays.normals is None:
+            return own
+        shaded = self.layers.arrays.normals[self.corners].astype(float)
+        is_flat = (np.ptp(shaded, axis=1) < AFFINE).all(axis=1)
+        return np.where(is_flat[:, None, None], own, shaded)
+
     def local(self, points):
         """points (n, 3) m in the world -> (n, 3) in the object's own coordinates."""
         return (points - self.matrix[:3, 3]) @ self.inverse.T
@@ -75,6 +87,8 @@ class Places:
             return self.points
         if kind == "object":
             return faces.layers.colour[None]
+        if kind == "normal":
+            return self._normals()
         local = faces.local(self.points)
         if kind == "local":
             return local
@@ -93,6 +107,12 @@ class Places:
             return local @ straight[:3] + straight[3]
         triangle, weights = self.located
         return np.einsum("nc,nck->nk", weights, faces.layers.layers[key][faces.corners[triangle]])
+
+    def _normals(self):
+        """(n, 3) unit shading normals, local."""
+        triangle, weights = self.located
+        normals = self.faces.normals[triangle]
+        return unit(np.einsum("nc,nck->nk", weights, normals))
 
     @cached_property
     def located(self):
