@@ -21,10 +21,10 @@ class BakePoints:
     normals: np.ndarray | None = None
     inward: np.ndarray | None = None
 
-    def some(self, start, stop):
-        """Points, normals and inward of a part of a run."""
-        parts = self.points, self.normals, self.inward
-        return tuple(None if part is None else part[start:stop] for part in parts)
+    @property
+    def surfaces(self):
+        """(k,) the surface of each point."""
+        return np.concatenate([np.full(stop - start, surface) for surface, start, stop in self.runs])
 
     def colours(self, values):
         """values (k, 3) -> (n points or corners, 4) float32, alpha 1; a vertex of several surfaces gets their mean."""
@@ -71,6 +71,15 @@ def bake_points(surface, vertex, world, normals, middles, domain):
         None if normals is None else normals[first],
         None if middles is None else middles[first],
     )
+
+
+def joined(points):
+    """surfaces (n,), points, normals and inward (n, 3) of several BakePoints in turn; of those that have none nan."""
+    normals, inward = (
+        np.concatenate([np.full(p.points.shape, np.nan) if value is None else value for p, value in each])
+        for each in ([(p, p.normals) for p in points], [(p, p.inward) for p in points])
+    )
+    return np.concatenate([p.surfaces for p in points]), np.concatenate([p.points for p in points]), normals, inward
 
 
 def _numbered(keys, normals):

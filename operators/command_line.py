@@ -20,11 +20,13 @@ from .convergence_operator import write
 from .convergence_page import text_rows
 from .edit_mode import object_mode
 from .render_image import render_image
-from .report import one_line, percent, version
+from .report import counted, one_line, percent, version
 from .settings import SETTING_NAMES, BakeProperties
+from .subdivide import BUDGET, subdivide_by_report
 
 DONE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 PNG_END = b"IEND\xaeB`\x82"
+SUBDIVISIONS = 3  # the error between vertices falls more slowly than foreseen behind edges of shadows
 PROGRESS_SECONDS = 0.5  # between two lines on stderr
 
 _commands = []
@@ -84,6 +86,14 @@ def _bake(options):
     settings = BakeSettings(**{name: getattr(options, name) for name in SETTING_NAMES})
     with object_mode(context):
         report = finish(bake_steps(context, settings), _Progress())
+        for _ in range(SUBDIVISIONS if options.subdivide else 0):
+            count, added, full = subdivide_by_report(context, options.subdivide)
+            if not count:
+                break
+            print(f"pdm: {counted(count, 'mesh', 'meshes')} subdivided, {added:,} vertices more", file=sys.stderr)
+            report = finish(bake_steps(context, settings), _Progress())
+            if not full:
+                break
     if options.image:
         with _whole(os.path.abspath(options.image)) as part:
             render_image(context, settings.attribute, part)
@@ -204,6 +214,10 @@ def _parser():
     bake.add_argument("--heat-map", action="store_true", help="also write the estimated error as NAME Error")
     bake.add_argument("--make-single-user", action="store_true", help="objects that share a mesh get their own")
     bake.add_argument("--apply-modifiers", action="store_true", help="bake what modifiers change as they leave it")
+    bake.add_argument(
+        "--subdivide", type=_whole_number(1), nargs="?", const=BUDGET, metavar="MOST",
+        help=f"subdivide meshes that are too coarse for the target, up to MOST vertices in all, default {BUDGET}",
+    )  # fmt: skip
     bake.set_defaults(usage_error=bake.error, work=_bake)
     return parser
 
@@ -233,6 +247,15 @@ def _number(low, high=float("inf")):
         if not low <= value <= high:
             raise argparse.ArgumentTypeError(f"{text} is not between {low} and {high}")
         return value
+
+    return number
+
+
+def _whole_number(low):
+    def number(text):
+        if not text.isdecimal() or int(text) < low:
+            raise argparse.ArgumentTypeError(f"{text} is no whole number from {low} on")
+        return int(text)
 
     return number
 

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
-from ..pdm_core import Mesh, Solution
+import numpy as np
+
+from ..pdm_core import Solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -12,15 +14,15 @@ class Field:
     solution: Solution
     quantity: str
 
-    def __call__(self, surface, points, normals=None, inward=None):
-        """At points (n, 3) m of a surface (index) -> (n, 3).
+    def steps(self, surface, points, normals=None, inward=None):
+        """At points (n, 3) m of surfaces (n,) -> (n, 3): generator of the fraction done.
 
-        Of a mesh with the normals (n, 3) that they are shaded with and points inward (n, 3) m of their faces: at a hard
+        Of meshes with the normals (n, 3) that they are shaded with and points inward (n, 3) m of their faces: at a hard
         edge the place alone tells neither.
         """
-        own = self.solution.scene.surfaces[surface]
-        if normals is None or not isinstance(own.shape, Mesh):
-            return getattr(self.solution, "radiance" if self.quantity == "RADIANCE" else "incident")(surface, points)
-        # on its back the mesh's normals look away from it
-        light = self.solution.incident(surface, points, normals=own.sign * normals, inward=inward)
-        return light if self.quantity == "IRRADIANCE" else own.emission_at(points) + own.reflectance_at(points) * light
+        if normals is not None:  # on its back a mesh's normals look away from it
+            sign = np.array([s.sign for s in self.solution.scene.surfaces])
+            normals = sign[surface][:, None] * normals
+        solution = self.solution
+        read = solution.radiance_steps if self.quantity == "RADIANCE" else solution.incident_steps
+        return read(surface, points, normals, inward)

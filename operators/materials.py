@@ -132,14 +132,6 @@ def node_emission(data):
     return np.broadcast_to(light.emitted.constant[0], 3), [*light.notes, *notes]
 
 
-def read_world(world):
-    """(background radiance (3,), warnings) of a World, or black for None."""
-    if world is None:
-        return np.zeros(3), []
-    light, warnings = node_emission(world)
-    return np.maximum(world.color if light is None else light, 0.0), warnings
-
-
 def _uses_nodes(data):
     if data.node_tree is None:
         return False

@@ -1,4 +1,4 @@
-"""A node tree read from an output back to its sources: through reroutes, groups and muted nodes, each socket once.
+"""A node tree read from an output back to its sources: through reroutes, groups, muted nodes and our preview, each socket once.
 
 Readers say of a node what it needs and how its outputs come from that; the walk brings them in order, so that no chain
 is too deep, none is read twice, and links in a circle are found.
@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from .node_values import Value, constant, converted
+from .preview_nodes import before_preview
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,8 @@ class Walk:
 def _behind(output):
     """The input that an output only passes on, None where it passes nothing, the output itself where it makes it."""
     node, path = output.node, output.path
+    if before_preview(node):
+        return Socket(path, before_preview(node))
     if node.mute:
         inside = [link.from_socket for link in node.internal_links if link.to_socket == output.socket]
         return Socket(path, inside[0]) if inside else None

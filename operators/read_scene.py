@@ -11,13 +11,15 @@ from ..pdm_core.signs_of_life import finish, in_thread, mapped
 from .accept_pieces import accept_pieces
 from .hidden_sides import surfaces_of
 from .looks_on_meshes import looks_on, settle_pictures
-from .materials import read_material, read_world
+from .materials import read_material
 from .mesh_arrays import Arrays
 from .mesh_shapes import MeshShape
 from .mesh_topology import NotRecognised
+from .read_lights import read_lights
 from .read_mesh import recognise
 from .read_objects import gather_objects
 from .read_surfaces import pieces_of
+from .read_world import world_steps
 from .render_visible import evaluated, render_visible
 
 LARGE = 20_000  # corners, from which on a mesh is recognised in a thread of its own, to give signs of life meanwhile
@@ -62,13 +64,15 @@ class ReadObject:
 @dataclass(eq=False)
 class Reading:
     """scene: a pdm_core.Scene, None where nothing is recognised; objects: [ReadObject]; refused: [(name, reason)],
-    left out of the light; warnings: [sentence]; hidden: how many mesh objects a render does not show."""
+    left out of the light; warnings: [sentence]; hidden: how many mesh objects a render does not show; lights: [(name,
+    Blender's type)] of all that shine."""
 
     scene: Scene | None
     objects: list = field(default_factory=list)
     refused: list = field(default_factory=list)
     warnings: list = field(default_factory=list)
     hidden: int = 0
+    lights: list = field(default_factory=list)
 
 
 def read_scene(context, objects="ALL", baked=(), **own_meshes):
@@ -104,25 +108,28 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
         )
         reading.refused += gathered.refused
         reading.warnings += gathered.warnings
-        _note_unread(visible, reading)
-        background = _background(context.scene, depsgraph, reading)
-    settle_pictures(gathered.looks, background.any() or any(obj.type == "LIGHT" for obj in visible))
+        lights = _lights(visible, depsgraph, reading)
+    background, suns = yield from _background(context.scene, reading)
+    is_lit = callable(background) or np.any(background) or bool(lights or suns)
+    settle_pictures(gathered.looks, is_lit)
     found = yield from _recognise(gathered.raw, reading)
     accepted = accept_pieces(_pieces(found, gathered.looks, baked, reading), SINGLE)
     reading.refused += accepted.refused
     reading.warnings += [f"Object {mesh.name!r}: {text}" for mesh, _ in accepted.taken for text in mesh.warnings]
     reading.warnings += accepted.warnings
-    reading.scene, sides = yield from mapped(in_thread(_scene_of, accepted.pieces, background), lambda _: 1.0)
+    reading.scene, sides = yield from mapped(
+        in_thread(_scene_of, accepted.pieces, background, [*lights, *suns]), lambda _: 1.0
+    )
     for (mesh, _), place in zip(accepted.taken, accepted.place, strict=True):
         is_wanted = mesh.raw.object in wanted
         reading.objects.append(_read_object(mesh, [sides[k] for k in place], is_wanted))
     return reading
 
 
-def _scene_of(pieces, background):
+def _scene_of(pieces, background, lights):
     """The Scene of [Piece], None where there is none, and the indices of each one's surfaces."""
     surfaces, indices = surfaces_of(pieces)
-    return Scene(surfaces, background, rounding=SINGLE) if surfaces else None, indices
+    return Scene(surfaces, background, rounding=SINGLE, lights=lights) if surfaces else None, indices
 
 
 def _wanted(view_layer, meshes, objects):
@@ -210,18 +217,20 @@ def _read_object(mesh, indices, is_wanted):
     return read
 
 
-def _note_unread(visible, reading):
-    """What a render shows and we do not read: lights."""
-    lights = [obj.name for obj in visible if obj.type == "LIGHT"]
-    if lights:
-        reading.warnings.append(f"{some('Light', lights)} left out: use emissive materials instead")
+def _lights(visible, depsgraph, reading):
+    """[Light] of the scene's lamps."""
+    found = read_lights(visible, depsgraph)
+    reading.warnings += [f"{some('Light', names)} {text}" for text, names in found.told.items()]
+    reading.lights += [(light.name, kind) for light, kind in zip(found.lights, found.kinds, strict=True)]
+    return found.lights
 
 
-def _background(scene, depsgraph, reading):
-    world = scene.world and scene.world.evaluated_get(depsgraph)
-    background, warnings = read_world(world)
-    reading.warnings += [f"World {world.name!r}: {text}" for text in warnings]
-    return background
+def _background(scene, reading):
+    """Generator of the fraction done; returns the background of a Scene, and the suns of its world [SunLight]."""
+    found = yield from mapped(world_steps(scene.world), lambda _: 0.0)
+    reading.warnings += [f"World {scene.world.name!r}: {text}" for text in found.warnings]
+    reading.lights += [(sun.name, "SUN") for sun in found.suns]
+    return found.background, found.suns
 
 
 def some(what, names, most=3):

@@ -23,6 +23,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
         exactness 'exact' or 'approximate'; the last four if baked; between: its part of between_vertices; error: its
         own, relative to its own light
     refused [{name, reason}], the reason goes on after the name; hidden: mesh objects that a render does not show
+    lights [{name, type}]: lamps that shine, and suns in the world's map, by Blender's types
     warnings [text]
     vertices: how many the baked meshes have; colours: how many values were written to points or corners
     error: estimated relative error of the radiance; error_parts {name: part}; history [[seconds, error]]
@@ -43,6 +44,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
         "objects": objects,
         "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
         "hidden": reading.hidden,
+        "lights": [{"name": name, "type": kind} for name, kind in reading.lights],
         "warnings": warnings,
         "vertices": sum(entry["vertices"] for entry in objects),
         "colours": sum(len(item.colours) for item in items),
@@ -64,6 +66,7 @@ def scan_result(reading):
         "objects": [_object_entry(o) for o in reading.objects],
         "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
         "hidden": reading.hidden,
+        "lights": [{"name": name, "type": kind} for name, kind in reading.lights],
         "warnings": list(reading.warnings),
     }
 

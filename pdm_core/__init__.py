@@ -2,23 +2,29 @@
 
 from .checked import SceneError
 from .form_factors import FormFactors, form_factors, pdm_form_factor
+from .lights import AreaLight, PointLight, SpotLight, SunLight
 from .mesh import Mesh
 from .plan import Plan, plan
 from .polygon import Polygon
 from .radiosity import Progress, Solution, solve, solve_steps
-from .scene import Plane, Scene, Sphere, Surface
+from .scene import Light, Plane, Scene, Sphere, Surface
 
 __all__ = [
+    "AreaLight",
     "FormFactors",
+    "Light",
     "Mesh",
     "Plan",
     "Plane",
+    "PointLight",
     "Polygon",
     "Progress",
     "Scene",
     "SceneError",
     "Solution",
     "Sphere",
+    "SpotLight",
+    "SunLight",
     "Surface",
     "form_factors",
     "pdm_form_factor",

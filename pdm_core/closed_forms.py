@@ -145,6 +145,17 @@ def sphere_patch_unoccluded(points, normals, centre, radius, low, high):
     return np.where(share > 1 - 1e-12, 0.0, share)
 
 
+def disc_unoccluded(points, normals, centre, a, b):
+    """What points (m, 3) m, unit normals (m, 3), receive from a disc about centre (3,) m -> (m,) form factor,
+    horizon-clipped; a, b (3,) m are radii of it at a right angle, the points on its side a x b. Absolute error 1e-12.
+    """
+    n = np.ascontiguousarray(np.asarray(normals, float).T)
+    offset = np.ascontiguousarray((centre - np.asarray(points, float)).T)
+    total = _circle_above_horizon(n, offset, np.array([b]).T, np.array([a]).T, 0.0, 2 * np.pi)
+    share = np.mod(total / (2 * np.pi), 1.0)
+    return np.where(share > 1 - 1e-12, 0.0, share)
+
+
 def _circle_above_horizon(n, k0, k1, k2, start, end):
     """n . integral of r x dr / |r|^2 over the part with n . r >= 0 of r = k0 + k1 cos f + k2 sin f, start to end,
     plus the angle about n from where it goes below the horizon to where it comes up again, up to whole turns."""

@@ -5,12 +5,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .checked import SceneError, number
+from .choice import choose
 from .contacts import settle
 from .field import first_nodes
-from .scene import Scene
+from .scene import Plane, Scene, Sphere
 from .visibility import Shafts
 
 MEMORY = 1.4e9  # bytes for the light between the nodes; all of a run stays below 2 GB
+RAY_MEMORY = 1.2e9  # bytes for the rays between the nodes
+KNOWN = 300  # surfaces up to which it is asked which of them light can reach
+LAMP_POINTS = 64  # of a surface, of which one must face a lamp
 PROPORTIONAL = 1e-12  # relative difference of channels that counts as none
 
 
@@ -34,6 +38,9 @@ def plan(scene, target_error=1e-2, shafts=None):
     if not isinstance(scene, Scene):
         raise SceneError(f"plan needs a Scene, not {scene!r}")
     target = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
+    choice = choose(scene, target)
+    if shafts is None and choice.by_rays:
+        return plan_by_rays(scene, target, choice.why)
     shafts = Shafts(settle(scene)[0]) if shafts is None else shafts
     lights = int((scene.emission > 0).any(axis=1).sum())
     black = int((scene.reflectance == 0).all(axis=1).sum())
@@ -50,9 +57,10 @@ def plan(scene, target_error=1e-2, shafts=None):
     result = Plan(reached=reached)
     say = result.lines.append
     say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
+    say(f"indirect light by links between cells, {choice.why}")
     if black:
         say(f"black surfaces, which send nothing on: {black}")
-    if not lights and not (scene.background > 0).any():
+    if not lights and not scene.lights and not (scene.background > 0).any():
         say("nothing shines: all is dark, no work")
     elif not reached.all():
         say(f"surfaces left out because no light reaches them: {(~reached).sum()}")
@@ -78,8 +86,38 @@ def plan(scene, target_error=1e-2, shafts=None):
     return result
 
 
+def plan_by_rays(scene, target, why):
+    """The Plan of a solution by bundles of rays, chosen for the reason why."""
+    result = Plan(reached=np.ones(len(scene), bool))
+    lights = int((scene.emission > 0).any(axis=1).sum()) + len(scene.lights)
+    balls = sum(isinstance(shape, Sphere) for shape in scene.shapes)
+    triangles = [len(shape.triangles) for shape in scene.shapes if not isinstance(shape, Plane | Sphere)]
+    flat = len(scene.shapes) - balls - len(triangles) + sum(triangles)
+    black = int((scene.reflectance == 0).all(axis=1).sum())
+    sky = scene.sky is not None or (scene.background > 0).any()
+    say = result.lines.append
+    say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
+    say(f"indirect light and the sky by bundles of parallel rays, {why}")
+    say(f"what rays may meet: {flat} parallelograms and triangles, {balls} balls")
+    if black:
+        say(f"black surfaces, which send nothing on: {black}")
+    if not lights and not sky:
+        say("nothing shines: all is dark, no work")
+    if not sky:
+        say("no background light: directions that leave the scene carry nothing")
+    say(f"memory for the rays between the nodes: at most {RAY_MEMORY / 1e6:.0f} MB")
+    result.counts = {
+        "surfaces": len(scene), "lights": lights, "black": black, "dark": 0, "channels": 3, "facets": flat,
+        "sum tells": False,
+    }  # fmt: skip
+    return result
+
+
 def lit(scene):
-    """(n surfaces,) Whether light may come to each, as in Plan.reached, without the rest of the plan."""
+    """(n surfaces,) Whether light may come to each, as in Plan.reached, without the rest of the plan; of many shapes, or
+    of others than planes and spheres, nothing is known beforehand."""
+    if len(scene) > KNOWN or not all(isinstance(s, Plane | Sphere) for s in scene.shapes):
+        return np.ones(len(scene), bool)
     scene = settle(scene)[0]
     return reached_by_light(scene, Shafts(scene))
 
@@ -88,8 +126,9 @@ def reached_by_light(scene, shafts):
     """(n surfaces,) False where no light can come, directly or over other surfaces, whatever the visibility between."""
     if (scene.background > 0).any():
         return np.ones(len(scene), bool)
-    reached = np.zeros(len(scene), bool)
+    reached = _reached_by_lamps(scene)
     sending, asked = (scene.emission > 0).any(axis=1), np.zeros(len(scene), bool)
+    sending |= reached & (scene.reflectance > 0).any(axis=1)
     while len(new := np.flatnonzero(sending & ~asked)):
         for a in new:  # a row at a time bounds the memory
             reached |= shafts.may_see(a)
@@ -98,12 +137,24 @@ def reached_by_light(scene, shafts):
     return reached
 
 
+def _reached_by_lamps(scene):
+    """(n surfaces,) whether any of some points of each faces a lamp."""
+    lamps = [light for light in scene.lights if (light.colour > 0).any()]
+    if not lamps:
+        return np.zeros(len(scene), bool)
+    points = [surface.shape.spread(LAMP_POINTS) for surface in scene.surfaces]
+    normals = np.concatenate([s.normals(x) for s, x in zip(scene.surfaces, points)])
+    light = sum(lamp.unoccluded(np.concatenate(points), normals) for lamp in lamps)
+    return (light.reshape(len(scene), LAMP_POINTS) > 0).any(axis=1)
+
+
 def proportional_channels(scene):
     """Channels to solve for, indices (c,), and what makes all three of them, (c, 3): others are their multiples.
 
     Channel b is one of a where every reflectance is the same in both and all light of b is k times that of a.
     """
-    light = np.concatenate([scene.emission, scene.background[None]])
+    lamps = np.array([lamp.colour for lamp in scene.lights]).reshape(-1, 3)
+    light = np.concatenate([scene.emission, scene.background[None], lamps])
     which, made = [], np.zeros((3, 3))
     for b in range(3):
         for a in which:

@@ -254,6 +254,32 @@ def _carlson_rg(x, y, z):
     return (z * rf - (z - x) * (z - y) * rd / 3 + np.sqrt(x * y / z)) / 2
 
 
+class Light:
+    """A lamp, see lights.py: name; colour (3,), what its sizes are multiplied by; distant: its samples are directions;
+    shadows: whether anything blocks its light."""
+
+    name = ""
+    distant = False
+    shadows = True
+
+    def unoccluded(self, points, normals):
+        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where colour is 1, horizon-clipped"""
+        raise NotImplementedError
+
+    def samples(self, count):
+        """positions (k, 3) m, or unit directions to what is distant; normals (k, 3) or None; weights (k,); k <= count.
+
+        The visible share of the light at x is sum w_j kappa_j V_j / sum w_j kappa_j with d the direction from x, and
+        kappa_j = max(n . d, 0) max(-n_j . d, 0) pattern(-d) / r^2; without normals the second cosine is 1, and of what
+        is distant kappa_j = max(n . d, 0).
+        """
+        raise NotImplementedError
+
+    def pattern(self, directions):
+        """Unit directions (..., 3) in which light leaves it -> (...) relative radiance: 1 where it shines evenly."""
+        return np.ones(np.shape(directions)[:-1])
+
+
 @dataclass(frozen=True, eq=False)
 class Surface:
     """One side of a shape with a material.
@@ -371,6 +397,13 @@ class Scene:
         for surface in surfaces:
             if not isinstance(surface, Surface):
                 raise SceneError(f"Scene: {surface!r} is not a Surface")
+        try:
+            lights = tuple(self.lights)
+        except TypeError:
+            raise SceneError(f"Scene: lights are {self.lights!r}; give a list of lights") from None
+        for light in lights:
+            if not isinstance(light, Light):
+                raise SceneError(f"Scene: {light!r} is no light; give a PointLight, SpotLight, SunLight or AreaLight")
         sky = self.background if callable(self.background) else None
         background = _mean_over_directions(sky) if sky else colour(self.background, "Scene background")
         rounding = number(self.rounding, "Scene rounding", "a relative one such as 2**-53 or 2**-24", 0, COARSEST)
@@ -396,7 +429,7 @@ class Scene:
         object.__setattr__(self, "surfaces", surfaces)
         object.__setattr__(self, "background", background)
         object.__setattr__(self, "sky", sky)
-        object.__setattr__(self, "lights", tuple(self.lights))
+        object.__setattr__(self, "lights", lights)
         object.__setattr__(self, "rounding", rounding)
         object.__setattr__(self, "shapes", tuple(shapes))
         object.__setattr__(self, "shape_of", np.array([order[id(s.shape)] for s in surfaces]))

@@ -418,6 +418,7 @@ def test_nothing_that_shines_is_said_before_the_work():
     with pytest.raises(RuntimeError, match="Nothing shines.*material that emits"):
         bpy.ops.pdm.bake()
     lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    lamp.data.energy = 0
     bpy.context.collection.objects.link(lamp)
     with pytest.raises(RuntimeError, match="Nothing shines.*'Sun'"):
         bpy.ops.pdm.bake()
@@ -479,7 +480,7 @@ def test_crates_side_by_side_are_all_baked_and_doubles_left_out():
 
 def test_disabling_the_add_on_ends_a_bake_that_runs(addon):
     scenes.lit_ball()
-    operator = addon("operators.bake_operator")
+    modal = addon("operators.modal_steps")
     ended = []
 
     class Steps:
@@ -487,8 +488,8 @@ def test_disabling_the_add_on_ends_a_bake_that_runs(addon):
             ended.append(True)
 
     timer = bpy.context.window_manager.event_timer_add(9.0, window=bpy.context.window_manager.windows[0])
-    operator.PDM_OT_bake.stage, operator.PDM_OT_bake.running = operator.Stage("Solving", 0, 1), (Steps(), timer)
+    modal.current.begin(Steps(), timer)
     assert not bpy.ops.pdm.bake.poll()
-    operator.stop_bake(bpy.context)
+    modal.stop_bake(bpy.context)
     assert ended and bpy.ops.pdm.bake.poll()
     bake()

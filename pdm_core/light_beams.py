@@ -1,0 +1,121 @@
+"""What points receive from lamps that do not shine evenly: the part of a cone, the beams of an area with a spread."""
+
+import numpy as np
+
+from .numerics import gauss_legendre
+from .scene import unit
+
+COARSE, DIRECTIONS = 32, 1024  # across the cone in which a lamp is seen, to find where its light fades, and there
+CHUNK = 256  # points
+NODES, FEW, MANY = 8, 3, 12  # Gauss points between kinks, fewer on polygons of more than MANY edges
+SMALL = 0.02  # a half angle below which tan a - a is its series
+LEAST_HALF = 1e-3  # of a spread; light is then parallel to a part in a million
+
+
+def across_cone(pattern, axes, normals, half):
+    """The share (n,) that a pattern of directions lets through of what points with unit normals (n, 3) receive from
+    round cones of even light about unit axes (n, 3) towards it, half angles (n,). By an even lattice of directions."""
+    few = pattern(-_cones(axes, half, *_lattice(COARSE, 1.0)))
+    share = few[:, 0].copy()  # where the pattern's edge is not within the cone
+    mixed = np.flatnonzero(np.ptp(few, axis=1) > 0)
+    for part in np.array_split(mixed, len(mixed) // CHUNK + 1):
+        towards = _cones(axes[part], half[part], *_lattice(DIRECTIONS, 0.5))
+        cosine = np.maximum(np.einsum("nkj,nj->nk", towards, normals[part]), 0.0)
+        total = cosine.sum(axis=1)
+        share[part] = (cosine * pattern(-towards)).sum(axis=1) / np.where(total > 0, total, 1.0)
+    return share
+
+
+def _lattice(count, first):
+    """Heights (count,) from 0 to 1 and turns (count,), even over a disc; first: 1 takes in the rim, .5 is for sums."""
+    k = np.arange(count)
+    return (k + first) / count, np.pi * (1 + np.sqrt(5)) * k
+
+
+def _cones(axes, half, height, turn):
+    """Unit directions (n, k, 3) within cones about unit axes (n, 3), half angles (n,)."""
+    z = 1 - np.outer(1 - np.cos(half), height)
+    ring = np.sqrt(np.maximum(1 - z * z, 0.0))
+    seed = np.zeros_like(axes)
+    seed[np.arange(len(axes)), np.argmin(np.abs(axes), axis=1)] = 1.0
+    x = unit(np.cross(seed, axes))
+    y = np.cross(axes, x)
+    across = (ring * np.cos(turn))[..., None] * x[:, None] + (ring * np.sin(turn))[..., None] * y[:, None]
+    return z[..., None] * axes[:, None] + across
+
+
+def beam_unoccluded(points, normals, corners, normal, half):
+    """What points (n, 3) m before a polygon, unit normals (n, 3), receive from it -> (n,) irradiance / pi, where its
+    radiance at the angle x from its normal (3,) is max(tan half - tan x, 0) / (tan half - half).
+
+    corners (k, 3) m counter-clockwise seen from the front. Signed triangles between each edge and the point's foot on
+    the plane: along the radius in closed form, about the foot by Gauss's rule between the kinks.
+    """
+    half = max(half, LEAST_HALF)
+    x = unit(corners[1] - corners[0])
+    y = np.cross(normal, x)
+    height = (points - corners[0]) @ normal
+    places = (corners[None] - points[:, None]) / height[:, None, None]
+    places = np.stack([places @ x, places @ y], axis=-1)  # (n, k, 2) about the foot, in heights
+    flat = np.column_stack([normals @ x, normals @ y])
+    up = -(normals @ normal)
+    nodes = gauss_legendre(FEW if len(corners) > MANY else NODES)
+    total = np.zeros(len(points))
+    for k in range(len(corners)):
+        total += _triangle(places[:, k - 1], places[:, k], flat, up, np.tan(half), nodes)
+    below = half**3 * (1 / 3 + half**2 * (2 / 15 + half**2 * 17 / 315)) if half < SMALL else np.tan(half) - half
+    return np.maximum(total, 0.0) / (np.pi * below)
+
+
+def _triangle(p, q, flat, up, reach, rule):
+    """Signed integral over the triangle between the foot and an edge p -> q (n, 2), up to the radius reach."""
+    edge = q - p
+    length = np.linalg.norm(edge, axis=1)
+    along = edge / length[:, None]
+    away = np.column_stack([along[:, 1], -along[:, 0]])  # from the foot to the edge where the triangle counts
+    distance = np.einsum("ij,ij->i", p, away)
+    side = np.where(distance < 0, -1.0, 1.0)
+    distance, away = np.abs(distance), away * side[:, None]
+    first, last = (np.arctan2(np.einsum("ij,ij->i", e, along), distance) for e in (p, q))
+    ahead, aside = np.einsum("ij,ij->i", flat, away), np.einsum("ij,ij->i", flat, along)
+    kinks = [*_circle_meets(distance, reach), *_horizon_meets(distance, reach, ahead, aside, up)]
+    kinks = np.sort(np.clip(np.stack([first, *kinks, last]), first, last), axis=0)
+    nodes, weights = rule
+    start, width = kinks[:-1], np.diff(kinks, axis=0)
+    angle = start[..., None] + width[..., None] * nodes
+    outline = distance[:, None] / np.maximum(np.cos(angle), 1e-300)
+    slope = ahead[:, None] * np.cos(angle) + aside[:, None] * np.sin(angle)
+    value = _radial(np.minimum(outline, reach), slope, up[:, None], reach)
+    return side * ((value * weights).sum(axis=-1) * width).sum(axis=0)
+
+
+def _circle_meets(distance, reach):
+    """The angles at which an edge leaves the circle of radius reach."""
+    angle = np.arccos(np.clip(distance / reach, 0.0, 1.0))
+    return -angle, angle
+
+
+def _horizon_meets(distance, reach, ahead, aside, up):
+    """The angles at which the horizon meets the edge, and the circle; 0 where it does not."""
+    edge = np.arctan2(-(up + distance * ahead), distance * aside)
+    edge = np.where(edge > np.pi / 2, edge - np.pi, np.where(edge < -np.pi / 2, edge + np.pi, edge))
+    size = np.hypot(ahead, aside)
+    turn = np.arctan2(aside, ahead)
+    wide = np.arccos(np.clip(-up / (reach * np.where(size > 0, size, 1.0)), -1.0, 1.0))
+    both = [(angle + np.pi) % (2 * np.pi) - np.pi for angle in (turn - wide, turn + wide)]
+    return edge, *both
+
+
+def _radial(end, slope, up, reach):
+    """Integral over u from 0 to end of max(up + u slope, 0) (reach - u) u / (1 + u^2)^2."""
+    horizon = -up / np.where(slope == 0, 1.0, slope)
+    low = np.where((up < 0) & (slope > 0), np.minimum(horizon, end), 0.0)
+    high = np.where((up >= 0) & (slope < 0), np.minimum(horizon, end), end)
+    seen = (up >= 0) | (slope > 0)
+
+    def whole(u):
+        square = u * u / (1 + u * u)
+        odd = np.arctan(u) - u / (1 + u * u)
+        return reach * up * square / 2 + (reach * slope - up) * odd / 2 + slope * (square - np.log1p(u * u)) / 2
+
+    return np.where(seen, whole(high) - whole(low), 0.0)
