@@ -1,4 +1,4 @@
-"""Materials and worlds as diffuse reflectance and emission, by their nodes.
+"""Materials, and what the nodes of lights and worlds emit, as diffuse reflectance and emission, by their nodes.
 
 Cycles calls the side that a mesh's normals face the front, under mirroring object matrices too.
 """

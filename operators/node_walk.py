@@ -1,7 +1,7 @@
-"""A node tree read from an output back to its sources: through reroutes, groups, muted nodes and our preview, each socket once.
+"""A node tree read from an output back to its sources: through reroutes, groups, muted nodes and our preview.
 
 Readers say of a node what it needs and how its outputs come from that; the walk brings them in order, so that no chain
-is too deep, none is read twice, and links in a circle are found.
+is too deep, no socket is read twice, and links in a circle are found.
 """
 
 from dataclasses import dataclass
