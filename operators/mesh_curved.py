@@ -27,6 +27,8 @@ def curved(groups, unit, source, shading):
 
     unit (f, 3) normals of the faces; shading (C, 3) normals of the corners as given, which source (c,) counts, or None.
     """
+    if groups.count < FEWEST_SMOOTH:
+        return np.zeros(groups.count, bool)
     a, b = groups.faces.joints
     between = groups.of_corner[a] != groups.of_corner[b]
     a, b = a[between], b[between]

@@ -84,18 +84,21 @@ class FlatGroups:
 
     @cached_property
     def _border(self):
-        """rim (c,): whether each corner's edge is the group's border; folded (g,): whether faces overlap at an edge."""
+        """partner (c,): the corner on the other side of each one's edge within the group, -1 at the border; folded
+        (g,): whether faces overlap at an edge."""
         a, b = self.faces.joints[:, self.of_corner[self.faces.joints[0]] == self.of_corner[self.faces.joints[1]]]
-        partners = np.bincount(np.concatenate([a, b]), minlength=len(self.of_corner))
+        partner = np.full(len(self.of_corner), -1)
+        partner[a], partner[b] = b, a
         forward = (self.faces.corners < self.faces.following) != self.backward[self.faces.polygons]
         folded = np.zeros(self.count, bool)
-        folded[self.of_corner[partners > 1]] = True
+        folded[self.of_corner[np.bincount(np.concatenate([a, b]), minlength=len(partner)) > 1]] = True
         folded[self.of_corner[a[forward[a] == forward[b]]]] = True
-        return partners == 0, folded
+        return partner, folded
 
     @property
     def rim(self):
-        return self._border[0]
+        """(c,) Whether each corner's edge is the group's border."""
+        return self._border[0] < 0
 
     @cached_property
     def ends(self):
@@ -105,13 +108,29 @@ class FlatGroups:
         return np.stack([np.where(swap, there, here), np.where(swap, here, there)])
 
     @cached_property
-    def tangled(self):
-        """(g,) Whether the border is no simple one: faces overlap, or it meets itself at a vertex."""
+    def pinched(self):
+        """(g,) Whether the border meets itself at a vertex."""
         rim = np.flatnonzero(self.rim)
         key = np.sort(self.of_corner[rim] * len(self.faces.vertices) + self.ends[0, rim])
-        tangled = self._border[1].copy()
-        tangled[key[1:][key[1:] == key[:-1]] // len(self.faces.vertices)] = True
-        return tangled
+        pinched = np.zeros(self.count, bool)
+        pinched[key[1:][key[1:] == key[:-1]] // len(self.faces.vertices)] = True
+        return pinched
+
+    @cached_property
+    def tangled(self):
+        """(g,) Whether faces overlap, or the border meets itself and the faces do not all look one way."""
+        mixed = np.zeros(self.count, bool)
+        mixed[self.label[self.backward]] = True
+        return self._border[1] | (self.pinched & mixed)
+
+    def around(self, corner):
+        """The border's next corners after these (k,), of groups whose faces look one way: around the faces between."""
+        corner, (partner, _) = self.faces.next[corner], self._border
+        inner = np.flatnonzero(partner[corner] >= 0)
+        while len(inner):
+            corner[inner] = self.faces.next[partner[corner[inner]]]
+            inner = inner[partner[corner[inner]] >= 0]
+        return corner
 
     def part(self, groups):
         """The FlatGroups of some groups (g,) bool, and the number (k,) of each of them here."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .mesh_flat import dot
+from .mesh_topology import cross
 
 STRAIGHT = 1e-3  # rad; an outline that turns less at a vertex, and is off by no more than the rounding, goes on there
 
@@ -26,15 +27,19 @@ def polygons_of(groups, wanted):
     group, (start, end) = groups.of_corner[corner], groups.ends[:, corner]
     n = len(groups.faces.vertices)
     order = np.argsort(group * n + start)
-    group, start, end = group[order], start[order], end[order]
+    corner, group, start, end = corner[order], group[order], start[order], end[order]
     after = np.searchsorted(group * n + start, group * n + end)  # the border's next corner
+    if (at_odds := groups.pinched[group]).any():  # several begin there
+        place = np.full(len(groups.of_corner), -1)
+        place[corner] = np.arange(len(corner))
+        after[at_odds] = place[groups.around(corner[at_odds])]
     loop, rank = _loops(after)
     order = np.lexsort([rank, loop])
     loop, group, vertex = loop[order], group[order], start[order]
     begin = np.flatnonzero(np.append(True, loop[1:] != loop[:-1]))
     at = groups.faces.vertices[vertex]
     first = at[np.repeat(begin, np.diff(np.append(begin, len(loop))))]
-    area = np.cross(at - first, at[_next(begin, len(loop))] - first) / 2
+    area = cross(at - first, at[_next(begin, len(loop))] - first) / 2
     normal = groups.normal[group[begin]]
     area = dot(np.add.reduceat(area, begin), normal) / np.maximum(groups.area[group[begin]], np.finfo(float).tiny)
     loops, sizes = _straightened(at, begin, groups.faces.rounding)
@@ -78,7 +83,7 @@ def _straightened(at, begin, rounding):
     behind[ahead] = np.arange(len(at))
     before, after = at - at[behind], at[ahead] - at
     chord = at[ahead] - at[behind]
-    twice = np.linalg.norm(np.cross(before, after), axis=1)
+    twice = np.linalg.norm(cross(before, after), axis=1)
     off = twice / np.maximum(np.linalg.norm(chord, axis=1), np.finfo(float).tiny)
     turn = np.arctan2(twice, dot(before, after))
     short = np.minimum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .mesh_flat import SLACK, THINNEST, dot, total
+from .mesh_topology import cross
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +45,7 @@ def _parallelograms(groups):
     # the vertex farthest from the centre ends the longer diagonal; b and d are the farthest to either side of it
     a = extreme(dot(offset, offset))
     c = extreme(dot(offset, (centre - a)[group]))
-    left = dot(offset, np.cross(groups.normal, c - a)[group])
+    left = dot(offset, cross(groups.normal, c - a)[group])
     b, d = extreme(-left), extreme(left)
     u, v = ((b - a) + (c - d)) / 2, ((d - a) + (c - b)) / 2
     return (a + b + c + d) / 4 - (u + v) / 2, u, v
@@ -56,15 +57,15 @@ def _filled(groups, corner, u, v):
     With one winding, a border on the four sides and the parallelogram's area nothing else is left.
     """
     faces, group = groups.faces, groups.of_corner
-    cross = np.cross(u, v)
-    area = np.linalg.norm(cross, axis=1)
+    across = cross(u, v)
+    area = np.linalg.norm(across, axis=1)
     sides = np.linalg.norm(np.stack([v, u], axis=1), axis=2)
     width = area[:, None] / sides  # (g, 2) across s, across t
     slack = SLACK * width.min(axis=1) + faces.rounding
     offset, size = faces.vertices[faces.corners] - corner[group], area[group]
-    direction = cross[group] / size[:, None]
-    s = dot(np.cross(offset, v[group]), direction) / size
-    t = dot(np.cross(u[group], offset), direction) / size
+    direction = across[group] / size[:, None]
+    s = dot(cross(offset, v[group]), direction) / size
+    t = dot(cross(u[group], offset), direction) / size
     depth = (np.column_stack([s, 1 - s, t, 1 - t]) * np.repeat(width, 2, axis=1)[group]).min(axis=1)  # m, inside
     wrong = groups.tangled | groups.bent
     wrong[group[~(depth >= -slack[group])]] = True

@@ -5,8 +5,10 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
+from ..pdm_core import Polygon
 from .mesh_arrays import Arrays
 from .mesh_match import Baked, baked_of
+from .mesh_outlines import PolygonShape
 from .mesh_shapes import MeshShapes, find_shapes
 from .mesh_topology import FLOAT32, NotRecognised
 
@@ -86,7 +88,11 @@ def _find(arrays, materials, known):
     if key not in known:
         vertices, corners, counts, materials, normals = parts
         try:
-            known[key] = find_shapes(vertices, corners, counts, materials, known, arrays.triangles, normals)
+            shapes = find_shapes(vertices, corners, counts, materials, known, arrays.triangles, normals)
+            for k, shape in enumerate(shapes.shapes):  # outlines that cross themselves
+                if isinstance(shape, PolygonShape) and Polygon(shape.outline, shape.holes).problem():
+                    shapes.shapes[k] = shapes.as_mesh(k)
+            known[key] = shapes
         except NotRecognised as error:
             known[key] = error
     if isinstance(known[key], NotRecognised):

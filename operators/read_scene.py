@@ -113,7 +113,7 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
     is_lit = callable(background) or np.any(background) or bool(lights or suns)
     settle_pictures(gathered.looks, is_lit)
     found = yield from _recognise(gathered.raw, reading)
-    accepted = accept_pieces(_pieces(found, gathered.looks, baked, reading), SINGLE)
+    accepted = yield from mapped(in_thread(_accepted, found, gathered.looks, baked, reading), lambda _: 1.0)
     reading.refused += accepted.refused
     reading.warnings += [f"Object {mesh.name!r}: {text}" for mesh, _ in accepted.taken for text in mesh.warnings]
     reading.warnings += accepted.warnings
@@ -121,9 +121,17 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
         in_thread(_scene_of, accepted.pieces, background, [*lights, *suns]), lambda _: 1.0
     )
     for (mesh, _), place in zip(accepted.taken, accepted.place, strict=True):
-        is_wanted = mesh.raw.object in wanted
-        reading.objects.append(_read_object(mesh, [sides[k] for k in place], is_wanted))
+        own, is_wanted = [sides[k] for k in place], mesh.raw.object in wanted
+        if len(mesh.raw.arrays.corners) < LARGE:
+            read = _read_object(mesh, own, is_wanted)
+        else:
+            read = yield from mapped(in_thread(_read_object, mesh, own, is_wanted), lambda _: 1.0)
+        reading.objects.append(read)
     return reading
+
+
+def _accepted(found, looks, baked, reading):
+    return accept_pieces(_pieces(found, looks, baked, reading), SINGLE)
 
 
 def _scene_of(pieces, background, lights):

@@ -292,3 +292,93 @@ def test_triangulated_by_a_modifier_and_baked(read, points):
     assert torus.bakeable and wall.bakeable and wall.label == "polygon"
     assert len(torus.corner_surface) == len(obj.data.loops)
     assert len(torus.triangle_surface) == 2 * len(obj.data.polygons)
+
+
+def test_faces_that_overlap_in_a_plane_are_a_mesh(read, points):
+    """A ramp that winds over itself, flattened: its outline crosses itself."""
+    angle = np.linspace(0, 3.5 * np.pi, 40)
+    radius = 1 + 0.03 * angle
+    inner = np.column_stack([0.6 * np.cos(angle), 0.6 * np.sin(angle), 0 * angle])
+    outer = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle])
+    faces = [(k, 40 + k, 41 + k, k + 1) for k in range(39)]
+    from_faces("Ramp", np.vstack([inner, outer]).tolist(), faces)
+    found, surfaces = only(read())
+    assert (found.kind, found.exactness) == ("MESH", "approximate") and found.bakeable
+    assert points(found).normals is not None
+
+
+def test_random_faces_are_read(read, points):
+    """Lattice points: degenerate, doubled, crossing, coplanar faces of all kinds."""
+    rng = np.random.default_rng(6)
+    for k in range(40):
+        vertices = np.round(rng.normal(size=(10, 3)) * 1.5)
+        vertices[:, 2] += 20 * k
+        faces = [tuple(rng.choice(10, rng.integers(3, 6), replace=False).tolist()) for _ in range(8)]
+        from_faces(f"Odd {k}", vertices.tolist(), faces)
+    reading = read()
+    assert len(reading.objects) + len(reading.refused) == 40 and len(reading.refused) < 3
+    for found in reading.objects:
+        read_off = points(found, "CORNER")
+        assert len(read_off.scatter) == len(found.object.data.loops) and np.isfinite(read_off.points).all()
+
+
+# --- baked --------------------------------------------------------------------------------------------------------
+
+
+def lamp(height=3.0):
+    light = scenes.material("Lamp", emission=(5, 5, 5))
+    return scenes.sphere("Lamp", radius=0.3, matrix=Matrix.Translation((0, 0, height)), made_of=light)
+
+
+def mean_of(obj, polygons):
+    """Mean red of the corners of some polygons."""
+    values = scenes.colours(obj)[:, 0]
+    loops = [k for p in polygons for k in obj.data.polygons[p].loop_indices]
+    return values[loops].mean()
+
+
+def test_each_side_of_a_doubled_mesh_has_its_own_light():
+    """Its upper faces see the lamp, the lower ones on them do not."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=12, y_subdivisions=12, size=2)
+    sheet = bpy.context.object
+    for vertex in sheet.data.vertices:
+        vertex.co.z = 0.1 * np.sin(3 * vertex.co.x) * np.cos(2 * vertex.co.y)
+    b = bmesh.new()
+    b.from_mesh(sheet.data)
+    made = bmesh.ops.duplicate(b, geom=list(b.faces))
+    bmesh.ops.reverse_faces(b, faces=[g for g in made["geom"] if isinstance(g, bmesh.types.BMFace)])
+    b.to_mesh(sheet.data)
+    b.free()
+    lamp()
+    assert bpy.ops.pdm.bake(target_error=0.05, domain="CORNER") == {"FINISHED"}
+    up = [p.index for p in sheet.data.polygons if p.normal.z > 0]
+    down = [p.index for p in sheet.data.polygons if p.normal.z < 0]
+    assert len(up) == len(down) and mean_of(sheet, up) > 0.02 and mean_of(sheet, down) < 1e-3
+
+
+def test_light_through_a_window_and_not_through_its_wall():
+    wall = window_wall(windows=((2, 2),))
+    wall.location.z = 1.5
+    floor = scenes.grid("Floor", 10, 5.0)
+    lamp()
+    assert bpy.ops.pdm.bake(target_error=0.05, domain="CORNER") == {"FINISHED"}
+    middle = [p.index for p in floor.data.polygons if p.center.length < 0.4]
+    beside = [p.index for p in floor.data.polygons if max(abs(p.center.x), abs(p.center.y)) > 2]
+    seen = 0.8 * 5 * (0.3 / 3) ** 2  # the whole lamp
+    assert mean_of(floor, middle) == pytest.approx(seen, rel=0.1) and mean_of(floor, beside) < 0.1 * seen
+
+
+def test_flat_and_smooth_shaded_meshes_are_baked_as_they_are_shaded():
+    """A hexagonal ring of many facets under a lamp: flat ones end in edges, smooth ones do not."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=7)
+    ball = bpy.context.object
+    ball.data.vertices[5].co *= 1.02  # no exact sphere
+    lamp(4.0)
+    spread = {}
+    for name in ("shade_smooth", "shade_flat"):
+        getattr(ball.data, name)()
+        assert bpy.ops.pdm.bake(target_error=0.02, domain="CORNER") == {"FINISHED"}
+        values = scenes.colours(ball)[:, 0]
+        vertex = np.array([loop.vertex_index for loop in ball.data.loops])
+        spread[name] = max(np.ptp(values[vertex == k]) for k in range(len(ball.data.vertices)))
+    assert spread["shade_smooth"] < 0.02 * spread["shade_flat"]

@@ -140,7 +140,6 @@ def test_what_is_refused_is_mended_by_its_button(settings, way):
     assert not listed(settings)[name].reason and listed(settings)[name].between >= 0
 
 
-
 def test_the_example_room_bakes_at_once(settings):
     scenes.lit_ball()
     before = {obj.name for obj in bpy.context.scene.objects}

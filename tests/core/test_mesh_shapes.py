@@ -468,11 +468,15 @@ def test_holes_and_notches_are_polygons(gone, outline, holes, how):
         assert area(shape) == pytest.approx(mesh_area(moved), rel=1e-5)
 
 
-def test_holes_that_meet_at_a_vertex_lose_nothing():
+@pytest.mark.parametrize("gone, loops", [((6, 12), [4, 8]), ((6, 12, 18), [4, 12]), ((6, 8, 12), [4, 12])])
+@pytest.mark.parametrize("how", TRIANGULATE)
+def test_holes_that_meet_at_a_vertex(gone, loops, how):
     vertices, polygons = grid(5, 5)
-    mesh = vertices, [q for i, q in enumerate(polygons) if i not in (6, 12)]
-    found = find(mesh)
-    assert sum(area(shape) for shape in found.shapes) == pytest.approx(mesh_area(mesh), rel=1e-6)
+    mesh = vertices, [q for i, q in enumerate(polygons) if i not in gone]
+    mesh = triangulated(mesh, how, np.random.default_rng(3))
+    (shape,) = find(mesh).shapes
+    assert area(shape) == pytest.approx(mesh_area(mesh), rel=1e-6)
+    assert [len(shape.outline), *map(len, shape.holes)] == loops
 
 
 OUTLINES = {
