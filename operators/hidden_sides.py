@@ -28,7 +28,7 @@ def _hidden_is_seen(pieces):
         return np.zeros(0, bool)
     balls = np.array([isinstance(piece.shape, Sphere) for piece in pieces])
     outward = np.array([piece.is_outward for piece in pieces])
-    shines = np.array([_shines(piece.look) for piece in pieces])
+    shines = np.array([piece.look.shines for piece in pieces])
     centre, radius = (np.array(part) for part in zip(*(piece.shape.bounds for piece in pieces)))
     low, high = _boxes(pieces)
     seen = ~balls
@@ -60,10 +60,6 @@ def _hidden_is_seen(pieces):
         beyond[k] = False
         seen[k] = beyond.any()
     return seen | np.array([piece.is_doubled for piece in pieces])
-
-
-def _shines(look):
-    return any(callable(side) or (np.asarray(side) > 0).any() for side in look.emission)
 
 
 def _bodies(pieces, balls):

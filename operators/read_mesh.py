@@ -37,6 +37,7 @@ class RawMesh:
     apply: bool = False
     single_user: bool = False
     warnings: list = field(default_factory=list)
+    layers: object = None  # MeshLayers where its materials vary
 
 
 @dataclass(eq=False)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .mesh_arrays import arrays_of
+from .mesh_layers import gather_layers
 from .mesh_topology import NotRecognised
 from .read_mesh import BEYOND, RawMesh, materials_of, modifiers_of, render_differences
 
@@ -15,19 +16,20 @@ MOST_INSTANCES = 10_000  # each is a shape of its own
 
 @dataclass(eq=False)
 class Gathered:
-    """raw: [RawMesh]; materials: {name or None: Material or None}; refused: [(name, reason)]; warnings: [sentence]."""
+    """raw: [RawMesh]; looks: {name of a material or None: Appearance}; refused: [(name, reason)]; warnings:
+    [sentence]."""
 
     raw: list = field(default_factory=list)
-    materials: dict = field(default_factory=dict)
+    looks: dict = field(default_factory=dict)
     refused: list = field(default_factory=list)
     warnings: list = field(default_factory=list)
 
 
-def gather_objects(visible, wanted, depsgraph, single_user=False, apply=False):
+def gather_objects(visible, wanted, depsgraph, look, single_user=False, apply=False):
     """Gathered of the objects that a render shows and of their instances, while the depsgraph lives.
 
-    single_user: objects that share a mesh get one of their own when they are baked, wanted (set) ones; apply: what
-    modifiers change is baked as they leave it.
+    look: Material or None -> Appearance. single_user: objects that share a mesh get one of their own when they are
+    baked, wanted (set) ones; apply: what modifiers change is baked as they leave it.
     """
     out, copies = Gathered(), {}
     first_user = {}
@@ -46,18 +48,21 @@ def gather_objects(visible, wanted, depsgraph, single_user=False, apply=False):
             out.refused.append((obj.name, str(error)))
             continue
         _prepare(raw, obj, first_user, single_user, apply)
-        _keep(out, raw, materials)
-    _instances(out, set(visible), depsgraph, copies)
+        _keep(out, raw, evaluated, materials, look, copies)
+    _instances(out, set(visible), depsgraph, look, copies)
     for obj in visible:
         if obj.type == "MESH" and any(s.settings.render_type in HAIR for s in obj.particle_systems):
             out.warnings.append(f"Object {obj.name!r}: its particles are left out")
     return out
 
 
-def _keep(out, raw, materials):
+def _keep(out, raw, evaluated, materials, look, copies):
     out.raw.append(raw)
     for name, material in zip(raw.materials, materials, strict=True):
-        out.materials.setdefault(name, material)
+        if name not in out.looks:
+            out.looks[name] = look(material)
+    needs = frozenset().union(*(out.looks[name].needs for name in raw.materials))
+    raw.layers = gather_layers(evaluated, raw.arrays, needs, copies)
 
 
 def _copied(name, obj, evaluated, matrix, copies):
@@ -98,7 +103,7 @@ def _prepare(raw, obj, first_user, single_user, apply):
         raw.warnings.append(f"shares its mesh with other users ({users} in all), which all show its bake")
 
 
-def _instances(out, visible, depsgraph, copies):
+def _instances(out, visible, depsgraph, look, copies):
     """RawMeshes of all instances that visible objects make, and of what evaluates to a mesh: an instance of itself."""
     counts, total = {}, 0
     for instance in depsgraph.object_instances:
@@ -125,6 +130,6 @@ def _instances(out, visible, depsgraph, copies):
         raw.reason = "is an instance; make it real to bake it (Object > Apply > Make Instances Real)"
         if itself:
             raw.reason = f"is of type {kind.title()}; convert it to a mesh to bake it"
-        _keep(out, raw, materials)
+        _keep(out, raw, obj, materials, look, copies)
     if total > MOST_INSTANCES:
         out.warnings.append(f"{total - MOST_INSTANCES:,} instances after {MOST_INSTANCES:,} others are left out")

@@ -10,6 +10,7 @@ from ..pdm_core.scene import unit
 from ..pdm_core.signs_of_life import finish, in_thread, mapped
 from .accept_pieces import accept_pieces
 from .hidden_sides import surfaces_of
+from .looks_on_meshes import looks_on, settle_pictures
 from .materials import read_material
 from .mesh_arrays import Arrays
 from .mesh_shapes import MeshShape
@@ -96,14 +97,23 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
         raise SceneError(f"Object {', '.join(editing)} is in Edit Mode; switch to Object Mode first")
     reading = Reading(None, hidden=sum(obj.type == "MESH" for obj in view_layer.objects) - len(meshes))
     with evaluated(context, visible) as depsgraph:  # what is hidden is shown meanwhile: no other hand may come between
-        gathered = gather_objects(visible, wanted, depsgraph, make_single_user, apply_modifiers)
-        looks = {name: read_material(material, frozenset(baked)) for name, material in gathered.materials.items()}
+        baked, images = frozenset(baked), {}
+        gathered = gather_objects(
+            visible,
+            wanted,
+            depsgraph,
+            lambda material: read_material(material, baked, images),
+            make_single_user,
+            apply_modifiers,
+        )
         reading.refused += gathered.refused
         reading.warnings += gathered.warnings
         lights = _lights(visible, depsgraph, reading)
     background, suns = yield from _background(context.scene, reading)
+    is_lit = callable(background) or np.any(background) or bool(lights or suns)
+    settle_pictures(gathered.looks, is_lit)
     found = yield from _recognise(gathered.raw, reading)
-    accepted = yield from mapped(in_thread(_accepted, found, looks, reading), lambda _: 1.0)
+    accepted = yield from mapped(in_thread(_accepted, found, gathered.looks, baked, reading), lambda _: 1.0)
     reading.refused += accepted.refused
     reading.warnings += [f"Object {mesh.name!r}: {text}" for mesh, _ in accepted.taken for text in mesh.warnings]
     reading.warnings += accepted.warnings
@@ -120,8 +130,8 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
     return reading
 
 
-def _accepted(found, looks, reading):
-    return accept_pieces(_pieces(found, looks, reading), SINGLE)
+def _accepted(found, looks, baked, reading):
+    return accept_pieces(_pieces(found, looks, baked, reading), SINGLE)
 
 
 def _scene_of(pieces, background, lights):
@@ -164,15 +174,15 @@ def _recognise(raw, reading):
     return found
 
 
-def _pieces(found, looks, reading):
+def _pieces(found, looks, baked, reading):
     """[(MeshObject, [Piece])]; objects whose shapes the core refuses go to reading.refused."""
     users, taken = {}, []
     for mesh in found:
         for name in mesh.shape_materials:
             users.setdefault(name, {})[mesh.name] = None
-        own = [looks[name] for name in mesh.shape_materials]
-        if all(look.is_volume for look in own):
-            reading.refused.append((mesh.name, "has only a volume shader, which takes no part in this light"))
+        own = looks_on(mesh, looks, baked)
+        if all(look.absent for look in own):
+            reading.refused.append((mesh.name, f"{own[0].absent} and takes no part in this light"))
             continue
         pieces = pieces_of(mesh.name, mesh.shape_matrix, mesh.shapes, own)
         problems = [problem for piece in pieces if (problem := piece.shape.problem())]
