@@ -20,6 +20,7 @@ SINGLE = 4 * 2**-24  # of the coordinates: what single precision and a matrix ma
 TOUCHING = 1e-6  # of the extent: by how much edges must cross each other, and holes leave the outline, to be refused
 MISSED = 1e-6  # of the area: triangles that differ from it by more do not fill an outline that is simple
 LONGEST = 64  # edges among which the bounding rectangle's direction is sought
+STRAIGHT = 1e-6  # of the extent: corners nearer to the line between their neighbours are no corners to a ray
 TIED = 1e-4, 1e-6  # relative: areas of rectangles, and lengths of their edges, that count as equal
 ENTRIES = 16384  # (point, edge) pairs in one contour integral: their arrays stay in a second-level cache
 TRIES = 64  # points of the lattice, of those wanted, that are tried before triangles are gone through
@@ -135,6 +136,17 @@ class Polygon(Shape):
     def triangles(self):
         """(k, 3, 3) m, corners counter-clockwise seen from the front; no corner lies within an edge of another."""
         return np.concatenate(self._loops)[triangulated(self._flat_loops)]
+
+    @cached_property
+    def few_triangles(self):
+        """As triangles, but without the corners that lie straight on between their neighbours: for rays, which no seam
+        lets through."""
+        straight = [_straight_on(loop, STRAIGHT * self._extent) for loop in self._flat_loops]
+        if not any(s.any() for s in straight):
+            return self.triangles
+        kept = [~s if (~s).sum() > 2 else np.ones(len(s), bool) for s in straight]
+        loops = [loop[k] for loop, k in zip(self._loops, kept)]
+        return np.concatenate(loops)[triangulated([loop[k] for loop, k in zip(self._flat_loops, kept)])]
 
     @cached_property
     def bounds(self):
@@ -264,6 +276,14 @@ def _what_crosses(polygon, size):
     if not polygon.area > FLATTEST * size**2 or abs(filled - polygon.area) > MISSED * polygon.area + FLATTEST * size**2:
         return "its outline or a hole runs over itself; give it one that encloses each place once"
     return None
+
+
+def _straight_on(loop, margin):
+    """(k,) Which corners of a loop (k, 2) are no further than the margin from the line between their neighbours."""
+    p, q = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
+    chord = p + q
+    off = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]) / np.maximum(np.hypot(*chord.T), 1e-300)
+    return (off <= margin) & ((p * q).sum(axis=1) > 0)
 
 
 def _longest_edge(loop):

@@ -69,7 +69,7 @@ def _parts_of(number, shape):
     if isinstance(shape, Plane):
         chart = np.array([[[0.0, 1, 0], [0, 0, 1]]])
         return number, shape.origin[None], shape.u[None], shape.v[None], np.zeros(1, bool), chart
-    corners = shape.triangles if isinstance(shape, Polygon) else shape.vertices[shape.triangles]
+    corners = shape.few_triangles if isinstance(shape, Polygon) else shape.vertices[shape.triangles]
     o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     if isinstance(shape, Mesh):
         chart = np.tile(np.array([[[0.0, 1, 0], [0, 0, 1]]]), (len(o), 1, 1))

@@ -70,7 +70,7 @@ class _Place:
 
     def _in_triangles(self, at):
         """Chart positions (n, 2) of a polygon moved into the triangles that they lie in or next to."""
-        corners = self.shape.local(self.shape.triangles.reshape(-1, 3))[:, :2].reshape(-1, 3, 2)
+        corners = self.shape.local(self.shape.few_triangles.reshape(-1, 3))[:, :2].reshape(-1, 3, 2)
         a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         det = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
         det = np.where(det == 0, np.inf, det)
