@@ -137,29 +137,32 @@ def _seen_through(facets, centre, plane, receivers, skip):
     """As seen_from, of receivers before one face of a cube about the centre: plane (3, 3), its axes."""
     a, b, c = plane @ (receivers.points - centre).T
     x, y = a / c, b / c
-    inverse, low, high = _projective(facets, centre, plane)
     m, shape = facets.count, facets.shape
-    wanted = np.append(shape[:m] != skip, shape[m:] != skip)
+    before = _between(facets, centre, plane, receivers)
+    inverse, low, high = _projective(facets, centre, plane, before)
+    low[:, shape[before] == skip] = np.inf
     ball = _ball_cones(facets, centre, plane)
+    ball[0][:, shape[m:] == skip] = np.inf
     low, high = np.concatenate([low, ball[0]], axis=1), np.concatenate([high, ball[1]], axis=1)
-    low[:, ~wanted] = np.inf
+    triangle, of, count = facets.triangle[before], np.append(before, np.arange(m, len(shape))), len(before)
     length = np.sqrt(1 + x * x + y * y)
     # what ends before the receiver by as much as it keeps from its own surface hides it
     limit = 1 / np.maximum(c - np.maximum(receivers.start, 0.0) / length, 1e-300)
     out = np.ones(len(x), bool)
     for who, which in _pairs(x, y, low, high):
-        flat = np.flatnonzero(which < m)
+        flat = np.flatnonzero(which < count)
         r, k = who[flat], which[flat]
         xr, yr = x.take(r), y.take(r)
-        rows = [row.take(k, axis=1) for row in inverse]
-        s, t, w = (row[0] * xr + row[1] * yr + row[2] for row in rows)
-        slack = EDGE * np.abs(w)
-        met = (s >= -slack) & (t >= -slack) & (np.where(facets.triangle.take(k), s + t, np.maximum(s, t)) <= w + slack)
-        met &= (w > limit.take(r) * (1 + FAR)) & (receivers.own.take(r) != shape.take(k))
+        w = _row(inverse[2], k, xr, yr)
+        keep = np.flatnonzero((w > limit.take(r) * (1 + FAR)) & (receivers.own.take(r) != shape.take(of.take(k))))
+        r, k, xr, yr, w = r[keep], k[keep], xr[keep], yr[keep], w[keep]
+        s, t = (_row(row, k, xr, yr) for row in inverse[:2])
+        slack = EDGE * w
+        met = (s >= -slack) & (t >= -slack) & (np.where(triangle.take(k), s + t, np.maximum(s, t)) <= w + slack)
         out[r[met]] = False
-        round_ = np.flatnonzero(which >= m)
+        round_ = np.flatnonzero(which >= count)
         if len(round_):
-            r, k = who[round_], which[round_] - m
+            r, k = who[round_], which[round_] - count
             out[r[_ball_between(facets, k, centre, receivers, r)]] = False
     return out
 
@@ -214,29 +217,61 @@ def _within(affine, k, x, y, triangle):
     return keep[(t >= -EDGE) & (t <= most + EDGE)]
 
 
-def _projective(facets, centre, plane):
-    """Of facets seen from the centre: rows (3 times (3, m)) that take (x, y, 1) to s / depth, t / depth, 1 / depth, and
-    boxes low, high (2, m) of what lies before it."""
-    o, u, v = (plane @ a.T for a in (facets.origin - centre, facets.u, facets.v))
-    uv, vo, ou = (np.cross(a, b, axis=0) for a, b in ((u, v), (v, o), (o, u)))
-    det = np.einsum("im,im->m", o, uv)
-    size = np.linalg.norm(uv, axis=0)
-    seen = np.abs(det) > 1e-12 * size * np.linalg.norm(o, axis=0)
+def _row(row, k, x, y):
+    """A linear function of (x, y, 1) of facets k (p,): row (3, m) -> (p,)"""
+    a = row.take(k, axis=1)
+    return a[0] * x + a[1] * y + a[2]
+
+
+def _between(facets, centre, plane, receivers):
+    """(k,) Facets that may come between a point and the receivers, which lie before it: plane (3, 3), axes of the one
+    face of a cube about it through which they are seen."""
+    low = np.minimum(receivers.points.min(axis=0), centre)
+    high = np.maximum(receivers.points.max(axis=0), centre)
+    least, most = facets.boxes
+    axis = int(np.abs(plane[2]).argmax())
+    sign = plane[2, axis]
+    ahead = (most[axis] > centre[axis]) if sign > 0 else (least[axis] < centre[axis])
+    for k in range(3):
+        ahead &= (most[k] >= low[k]) & (least[k] <= high[k])
+    some = np.flatnonzero(ahead)
+    # within the pyramid of the face: as far aside as ahead, at most
+    far = most[axis, some] - centre[axis] if sign > 0 else centre[axis] - least[axis, some]
+    for k in ((axis + 1) % 3, (axis + 2) % 3):
+        keep = (least[k, some] - centre[k] <= far) & (centre[k] - most[k, some] <= far)
+        some, far = some[keep], far[keep]
+    return some
+
+
+def _projective(facets, centre, plane, some):
+    """Of facets `some` (k,) seen from the centre: rows (3 times (3, k)) that take (x, y, 1) to s / depth, t / depth,
+    1 / depth, and boxes low, high (2, k) of what lies before it."""
+    o, u, v = (plane @ a.T for a in (facets.origin[some] - centre, facets.u[some], facets.v[some]))
+    uv, vo, ou = _cross(u, v), _cross(v, o), _cross(o, u)
+    det = o[0] * uv[0] + o[1] * uv[1] + o[2] * uv[2]
+    size = np.sqrt((uv * uv).sum(axis=0) * (o * o).sum(axis=0))
+    seen = np.abs(det) > 1e-12 * size
     scale = 1 / np.where(seen, det, np.inf)
-    corners = [o, o + u, o + u + np.where(facets.triangle, 0.0, v), o + v]
-    corners = np.stack(corners, axis=1)  # (3, 4, m)
-    least = 1e-9 * np.abs(corners).max()
-    after = np.roll(corners, -1, axis=1)
-    part = (least - corners[2]) / np.where(after[2] == corners[2], np.inf, after[2] - corners[2])
-    crossing = (corners[2] < least) != (after[2] < least)
-    cut = corners + part * (after - corners)
-    points = np.concatenate([corners, cut], axis=1)
-    there = np.concatenate([corners[2] >= least, crossing], axis=0)
-    flat = points[:2] / np.maximum(points[2], least)
-    low = np.where(there, flat, np.inf).min(axis=1)
-    high = np.where(there, flat, -np.inf).max(axis=1)
-    low[:, ~seen] = np.inf
+    triangle = facets.triangle[some]
+    corners = np.stack([o, o + u, o + u + np.where(triangle, 0.0, v), o + v], axis=1)
+    least = 1e-9 * max(np.abs(corners).max(initial=0.0), 1e-300)
+    ahead = corners[2] >= least
+    flat = corners[:2] / np.maximum(corners[2], least)
+    low, high = np.where(ahead, flat, np.inf).min(axis=1), np.where(ahead, flat, -np.inf).max(axis=1)
+    cut = np.flatnonzero(~ahead.all(axis=0) & ahead.any(axis=0))
+    if len(cut):  # what reaches behind the centre ends where it is no longer before it
+        one, two = corners[:, :, cut], np.roll(corners[:, :, cut], -1, axis=1)
+        crossing = (one[2] < least) != (two[2] < least)
+        part = np.where(crossing, least - one[2], 0.0) / np.where(crossing, two[2] - one[2], 1.0)
+        edge = (one + part * (two - one))[:2] / least
+        low[:, cut] = np.minimum(low[:, cut], np.where(crossing, edge, np.inf).min(axis=1))
+        high[:, cut] = np.maximum(high[:, cut], np.where(crossing, edge, -np.inf).max(axis=1))
+    low[:, ~seen | ~ahead.any(axis=0)] = np.inf
     return (vo * scale, ou * scale, uv * scale), low, high
+
+
+def _cross(a, b):
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def _ball_boxes(facets, plane):

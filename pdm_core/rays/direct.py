@@ -14,7 +14,7 @@ READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and a
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 FAINT = 0.1  # of the tolerance: a source whose whole light is less is judged by one point
-UNSURE, POWER = 4.0, 0.75  # error of a share that n points tell: UNSURE / (2 n)^POWER of what is partly seen, about
+UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is seen: UNSURE / (2 n)^POWER, about
 UNSEEN = 1e-12
 
 

@@ -25,11 +25,11 @@ SAFETY = 1.9  # of what halves and surpluses tell to what is stated
 CHECKED = 256  # points where the error is found
 SOLVED = 0.02  # relative residual of the linear system, of the target
 STEPS = 60  # of the solver at most
-TOLD = 0.35  # of the target: the part that direct light's shares may cost
+TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
 SHARES = {"rays": 0.5, "nodes": 0.4, "sent": 0.75}  # of the error that is left, each part's at most
 REACHED = 0.95  # of the target: what is worked towards
-STEP = 32  # of directions where colours are read
+STEP, MOST_MORE = 32, 3.0  # of directions where colours are read; how many times more at once, as few points tell it
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
@@ -251,7 +251,8 @@ class RayState:
         parts, allowed, did = self.parts, REACHED * self.target / SAFETY, False
         if parts["rays"] > SHARES["rays"] * allowed and self.read < MOST_RAYS:
             more = self.read * (parts["rays"] / SHARES["rays"] / allowed) ** (1 / POWER)
-            self.read = int(min(STEP * np.ceil(max(more, 1.5 * self.read) / STEP), MOST_RAYS))
+            more = STEP * np.ceil(np.clip(more, 1.5 * self.read, MOST_MORE * self.read) / STEP)
+            self.read = int(min(more, MOST_RAYS))
             did = True
         if parts["nodes"] > SHARES["nodes"] * allowed:
             did |= yield from self.trace_finer()

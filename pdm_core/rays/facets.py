@@ -4,6 +4,8 @@ A facet is o + s u + t v, of a triangle with s + t <= 1. A ball is the affine im
 come after those of facets. Each knows its shape, the surfaces on its two sides, and where on their charts it lies.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from ..contacts import near
@@ -48,6 +50,13 @@ class Facets:
         self.ball_centre = np.array([shapes[k].origin - self.centre for k in balls]).reshape(-1, 3)
         self.ball_linear = np.array([shapes[k].linear for k in balls]).reshape(-1, 3, 3)
         self.ball_inverse = np.array([shapes[k].inverse for k in balls]).reshape(-1, 3, 3)
+
+    @cached_property
+    def boxes(self):
+        """low, high (3, m) m of the facets."""
+        corners = [self.origin, self.origin + self.u, self.origin + self.v]
+        corners.append(np.where(self.triangle[:, None], corners[0], corners[1] + self.v))
+        return np.minimum.reduce(corners).T.copy(), np.maximum.reduce(corners).T.copy()
 
     @property
     def count(self):
