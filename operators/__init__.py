@@ -2,12 +2,32 @@
 
 import bpy
 
-from . import command_line
-from .bake_operator import PDM_OT_bake, PDM_OT_scan, stop_bake
+from . import command_line, look
+from .bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
 from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
+from .example_room import PDM_OT_example_room
+from .listed import PDM_PG_listed
+from .mend import PDM_OT_mend
+from .modal_steps import stop_bake
+from .preview_material import PDM_OT_preview_material
 from .settings import PDM_PG_scene
+from .show_colours import PDM_OT_show_colours
+from .subdivide import PDM_OT_subdivide
 
-CLASSES = (PDM_PG_scene, PDM_OT_bake, PDM_OT_scan, PDM_OT_convergence, PDM_OT_convergence_page)
+CLASSES = (
+    PDM_PG_listed,
+    PDM_PG_scene,
+    PDM_OT_bake,
+    PDM_OT_stop,
+    PDM_OT_scan,
+    PDM_OT_mend,
+    PDM_OT_example_room,
+    PDM_OT_show_colours,
+    PDM_OT_preview_material,
+    PDM_OT_subdivide,
+    PDM_OT_convergence,
+    PDM_OT_convergence_page,
+)
 
 
 def register():
@@ -15,10 +35,12 @@ def register():
         bpy.utils.register_class(cls)
     bpy.types.Scene.pdm_radiosity = bpy.props.PointerProperty(type=PDM_PG_scene)
     command_line.register()
+    look.register()
 
 
 def unregister():
     stop_bake(bpy.context)
+    look.unregister()
     command_line.unregister()
     del bpy.types.Scene.pdm_radiosity
     for cls in reversed(CLASSES):

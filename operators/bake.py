@@ -9,20 +9,20 @@ import numpy as np
 
 from ..pdm_core import solve_steps
 from ..pdm_core.plan import lit
-from ..pdm_core.signs_of_life import in_thread, mapped
-from .bake_points import bake_points, corners_of
+from ..pdm_core.signs_of_life import finish, in_thread, mapped
+from .bake_points import bake_points, corners_of, joined
 from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .error_map import error_name, heat_map, names_written
+from .field_at import Field
+from .own_meshes import OwnMeshes
 from .read_scene import read_steps, some
 from .render_visible import render_visible
-from .report import bake_report
+from .report import bake_report, scan_result
 
 Stage = namedtuple("Stage", "text fraction error")  # error: the current estimated relative error
 
-FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
 LEAST_SECONDS = 1e-3  # of solving, where reading used the time limit up
-CHUNK_SECONDS = 0.08  # a window stays usable when each takes about this long, and larger chunks gain little
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,15 @@ class BakeSettings:
     data_type: str = "FLOAT_COLOR"
     exposure: float = 0.0  # stops
     heat_map: bool = False  # also the estimated error, as colours
+    make_single_user: bool = False  # objects that share a mesh get their own
+    apply_modifiers: bool = False  # what modifiers change is baked as they leave it
 
 
-def bake_steps(context, settings):
+def bake_steps(context, settings, enough=lambda: False):
     """Generator: yields Stage(text, fraction, error) often, returns the report (dict, see report.py).
 
-    Nothing in the file changes before the very end: closing the generator cancels. Raises BakeError, SceneError.
+    Nothing in the file changes before the very end: closing the generator cancels. enough(): True ends solving with
+    the best so far. Raises BakeError, SceneError.
     """
     seconds = {}
     for name in names_written(settings.attribute, settings.heat_map):
@@ -51,7 +54,11 @@ def bake_steps(context, settings):
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
         steps = read_steps(
-            context, settings.objects, {*names_written(settings.attribute), *baked_before(context.scene)}
+            context,
+            settings.objects,
+            {*names_written(settings.attribute), *baked_before(context.scene)},
+            settings.make_single_user,
+            settings.apply_modifiers,
         )
         reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
         targets = find_targets(reading)
@@ -59,18 +66,18 @@ def bake_steps(context, settings):
             for name in names_written(settings.attribute, settings.heat_map):
                 check_target(target.object, name)
         check_light(context, reading)
-        yield from _check_sides(reading, targets)
+        away = yield from _check_sides(reading, targets)
         points = []
         for target in targets:
-            steps = in_thread(bake_points, target.polygon_surface, *corners_of(target), settings.domain)
+            steps = in_thread(bake_points, *corners_of(target), settings.domain)
             points.append((yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))))
     with _timed(seconds, "solve"):
-        solution = yield from _solve(reading.scene, settings, seconds["read"])
+        solution = yield from _solve(reading.scene, settings, seconds["read"], enough)
     with _timed(seconds, "evaluate"):
-        field = solution.radiance if settings.quantity == "RADIANCE" else solution.incident
-        values = yield from _evaluate(solution, field, points)
+        field = Field(solution, settings.quantity)
+        values = yield from _evaluate(field, points)
     with _timed(seconds, "check"):
-        steps = between_steps(solution, field, targets, points, values)
+        steps = between_steps(field, targets, points, values)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
     with ExitStack() as undo:  # of what was written, where anything after it fails
         with _timed(seconds, "write"):
@@ -79,13 +86,17 @@ def bake_steps(context, settings):
                 for target, p, v in zip(targets, points, values, strict=True)
             ]
             errors = heat_map(solution, targets, points) if settings.heat_map else None
+            own_meshes = OwnMeshes(context, targets)
+            undo.callback(own_meshes.undo)
             if errors:
                 undo.callback(write_colours(errors.items, error_name(settings.attribute), "FLOAT_COLOR"))
             undo.callback(write_colours(items, settings.attribute, settings.data_type))
         report = bake_report(context, settings, reading, solution, between, items, points, seconds)
         report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
+        report |= {"lights": lights_in(reading), "facing_away": away}
         context.scene.pdm_radiosity.keep(report)
         undo.pop_all()
+    own_meshes.commit()
     return report
 
 
@@ -93,6 +104,26 @@ def baked_before(scene):
     """Names of the colour attributes that the last bake of the scene wrote."""
     last = scene.pdm_radiosity.report()
     return set(names_written(last["settings"]["attribute"])) if last else set()
+
+
+def look_at_steps(context):
+    """Generator of the fraction done; returns what the sidebar lists before a bake: scan_result with `lights`."""
+    reading = yield from read_steps(context, baked=baked_before(context.scene))
+    return {**scan_result(reading), "lights": lights_in(reading)}
+
+
+def look_at_scene(context):
+    return finish(look_at_steps(context))
+
+
+def lights_in(reading):
+    """{count: objects and lights that shine, sky: whether light comes from outside} of a Reading."""
+    scene = reading.scene
+    if scene is None:
+        return {"count": 0, "sky": False}
+    shining = (scene.emission > 0).any(axis=1)
+    count = sum(bool(shining[o.surfaces].any()) for o in reading.objects) + len(scene.lights)
+    return {"count": count, "sky": bool((scene.background > 0).any())}
 
 
 def check_light(context, reading):
@@ -108,16 +139,17 @@ def check_light(context, reading):
 
 
 def _check_sides(reading, targets):
-    """Warns of objects whose normals face away from all light that comes to them; yields. BakeError where all do."""
+    """Warns of objects whose normals face away from all light that comes to them, returns their names; yields.
+    BakeError where all do."""
     steps = in_thread(lit, reading.scene)
     reached = yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))
     away = [
         target.name
         for target in targets
-        if reached[target.surfaces].any() and not reached[np.unique(target.polygon_surface)].any()
+        if reached[target.surfaces].any() and not reached[np.unique(target.corner_surface)].any()
     ]
     if not away:
-        return
+        return away
     text = (
         f"Light comes only to the sides that the normals of {some('object', away)} face away from, and the baked sides "
         "stay black; flip the normals (Edit Mode, Mesh > Normals > Flip)"
@@ -125,6 +157,7 @@ def _check_sides(reading, targets):
     if len(away) == len(targets):
         raise BakeError(text)
     reading.warnings.append(text)
+    return away
 
 
 @contextmanager
@@ -145,26 +178,15 @@ def find_targets(reading):
     return targets
 
 
-def _solve(scene, settings, spent):
+def _solve(scene, settings, spent, enough):
     """spent: seconds of the time limit that reading took."""
     limit = max(settings.time_limit - spent, LEAST_SECONDS) if settings.time_limit else None
-    steps = solve_steps(scene, settings.target_error, limit)
+    steps = solve_steps(scene, settings.target_error, limit, enough)
     return (yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
 
 
-def _evaluate(solution, field, points):
-    """[(k, 3) float64 a bake object]: the field where each is read off."""
-    total, done, chunk = sum(len(p.points) for p in points), 0, FIRST_CHUNK
-    values = [np.empty((len(p.points), 3)) for p in points]
-    for p, out in zip(points, values, strict=True):
-        for surface, start, stop in p.runs:
-            while start < stop:
-                begun = time.perf_counter()
-                end = min(start + chunk, stop)
-                out[start:end] = field(surface, p.points[start:end])
-                done += end - start
-                speed = (end - start) / max(time.perf_counter() - begun, 1e-6)
-                chunk = int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, 128 * FIRST_CHUNK))
-                start = end
-                yield Stage("Evaluating vertices", done / total, solution.error)
-    return values
+def _evaluate(field, points):
+    """[(k, 3) float64 a bake object]: the field where each is read off, all at once."""
+    error = field.solution.error
+    values = yield from mapped(field.steps(*joined(points)), lambda done: Stage("Evaluating vertices", done, error))
+    return np.split(values, np.cumsum([len(p.points) for p in points])[:-1])

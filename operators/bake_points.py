@@ -9,7 +9,8 @@ import numpy as np
 class BakePoints:
     """points (k, 3) m world, sorted by surface; runs [(surface index, start, stop)] of equal surface among them.
 
-    scatter: CORNER (n corners,) index of each corner's pair; POINT (k,) the vertex of each pair.
+    scatter: CORNER (n corners,) index of each corner's pair; POINT (k,) the vertex of each pair. normals (k, 3) with
+    which points are shaded and inward (k, 3) m in the face that each belongs to, where a mesh is among the surfaces.
     """
 
     domain: str
@@ -17,6 +18,13 @@ class BakePoints:
     points: np.ndarray
     runs: list
     scatter: np.ndarray
+    normals: np.ndarray | None = None
+    inward: np.ndarray | None = None
+
+    @property
+    def surfaces(self):
+        """(k,) the surface of each point."""
+        return np.concatenate([np.full(stop - start, surface) for surface, start, stop in self.runs])
 
     def colours(self, values):
         """values (k, 3) -> (n points or corners, 4) float32, alpha 1; a vertex of several surfaces gets their mean."""
@@ -31,35 +39,59 @@ class BakePoints:
 
 
 def corners_of(target):
-    """Of `target` (a ReadObject): vertex of each corner (c,), corners of each polygon (p,), vertices (n, 3) m world."""
-    mesh = target.mesh
-    vertex = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", vertex)
-    count = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_total", count)
-    return vertex, count, world_vertices(target)
+    """Of `target` (a ReadObject): surface and vertex of each corner (c,), vertices (n, 3) m world, normals and middles
+    (c, 3) or None."""
+    return target.corner_surface, target.base.corners, world_vertices(target), target.corner_normals, target.middles
 
 
-def bake_points(polygon_surface, corner_vertex, corners, world, domain):
-    """The BakePoints of polygons (p,) on these surfaces, see corners_of; domain 'AUTO' is POINT where one surface
-    covers them all."""
-    corner_surface = np.repeat(np.asarray(polygon_surface, np.int64), corners)
-    pairs, of_corner = np.unique(corner_surface * len(world) + corner_vertex, return_inverse=True)
-    surface, vertex = np.divmod(pairs, len(world))
+def bake_points(surface, vertex, world, normals, middles, domain):
+    """The BakePoints of corners, see corners_of; domain 'AUTO' is POINT where one smooth surface covers them all.
+
+    Corners on one surface at one vertex are one point, of a mesh if they are shaded alike.
+    """
+    keys = np.asarray(surface, np.int64) * len(world) + vertex
+    if normals is not None:
+        kinds = np.zeros((len(keys), 3), np.float32)
+        kinds[:] = normals
+        keys = _numbered(keys, kinds)
+    pairs, first, of_corner = np.unique(keys, return_index=True, return_inverse=True)
+    surface, vertex = np.asarray(surface)[first], np.asarray(vertex)[first]
     if domain == "AUTO":
-        domain = "POINT" if surface[0] == surface[-1] else "CORNER"
+        alone = surface[0] == surface[-1] and len(np.unique(vertex)) == len(vertex)
+        domain = "POINT" if alone else "CORNER"
     starts = np.flatnonzero(np.diff(surface, prepend=-1))
     runs = [(int(surface[a]), int(a), int(b)) for a, b in zip(starts, np.append(starts[1:], len(surface)))]
     at_corners = domain == "CORNER"
     return BakePoints(
-        domain, len(of_corner) if at_corners else len(world), world[vertex], runs, of_corner if at_corners else vertex
+        domain,
+        len(of_corner) if at_corners else len(world),
+        world[vertex],
+        runs,
+        of_corner if at_corners else vertex,
+        None if normals is None else normals[first],
+        None if middles is None else middles[first],
     )
+
+
+def joined(points):
+    """surfaces (n,), points, normals and inward (n, 3) of several BakePoints in turn; of those that have none nan."""
+    normals, inward = (
+        np.concatenate([np.full(p.points.shape, np.nan) if value is None else value for p, value in each])
+        for each in ([(p, p.normals) for p in points], [(p, p.inward) for p in points])
+    )
+    return np.concatenate([p.surfaces for p in points]), np.concatenate([p.points for p in points]), normals, inward
+
+
+def _numbered(keys, normals):
+    """One number for each key and normal (c, 3) float32 that occur together, in the order of the keys."""
+    order = np.lexsort([*normals.T, keys])
+    key, normal = keys[order], normals[order]
+    number = np.empty(len(keys), np.int64)
+    number[order] = np.cumsum(np.append(0, (key[1:] != key[:-1]) | (normal[1:] != normal[:-1]).any(axis=1)))
+    return number
 
 
 def world_vertices(target):
     """(n, 3) m: the vertices of `target` (a ReadObject) in the world."""
-    mesh = target.mesh
-    vertices = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", vertices)
     matrix = np.array(target.matrix, np.float64)
-    return vertices.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    return target.base.vertices.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]

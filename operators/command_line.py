@@ -18,12 +18,15 @@ from .convergence import ConvergenceSettings, convergence_steps
 from .convergence_operator import NAMES as CONVERGENCE_NAMES
 from .convergence_operator import write
 from .convergence_page import text_rows
+from .edit_mode import object_mode
 from .render_image import render_image
-from .report import one_line, percent, version
+from .report import counted, one_line, percent, version
 from .settings import SETTING_NAMES, BakeProperties
+from .subdivide import BUDGET, subdivide_by_report
 
 DONE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 PNG_END = b"IEND\xaeB`\x82"
+SUBDIVISIONS = 3  # the error between vertices falls more slowly than foreseen behind edges of shadows
 PROGRESS_SECONDS = 0.5  # between two lines on stderr
 
 _commands = []
@@ -81,7 +84,16 @@ def _whole(path):
 def _bake(options):
     context = bpy.context
     settings = BakeSettings(**{name: getattr(options, name) for name in SETTING_NAMES})
-    report = finish(bake_steps(context, settings), _Progress())
+    with object_mode(context):
+        report = finish(bake_steps(context, settings), _Progress())
+        for _ in range(SUBDIVISIONS if options.subdivide else 0):
+            count, added, full = subdivide_by_report(context, options.subdivide)
+            if not count:
+                break
+            print(f"pdm: {counted(count, 'mesh', 'meshes')} subdivided, {added:,} vertices more", file=sys.stderr)
+            report = finish(bake_steps(context, settings), _Progress())
+            if not full:
+                break
     if options.image:
         with _whole(os.path.abspath(options.image)) as part:
             render_image(context, settings.attribute, part)
@@ -100,7 +112,8 @@ def _bake(options):
 
 def _converge(options):
     settings = ConvergenceSettings(**{name: getattr(options, name) for name in CONVERGENCE_NAMES})
-    result = finish(convergence_steps(bpy.context, settings), _Progress())
+    with object_mode(bpy.context):
+        result = finish(convergence_steps(bpy.context, settings), _Progress())
     paths = write(result, options.folder)
     for text in result["said"] + result["warnings"]:
         print(f"pdm: {text}", file=sys.stderr)
@@ -199,6 +212,12 @@ def _parser():
     bake.add_argument("--report", metavar="FILE.json", help="write the report here")
     bake.add_argument("--image", type=_ending(".png"), metavar="FILE.png", help="render the baked scene (Cycles, CPU)")
     bake.add_argument("--heat-map", action="store_true", help="also write the estimated error as NAME Error")
+    bake.add_argument("--make-single-user", action="store_true", help="objects that share a mesh get their own")
+    bake.add_argument("--apply-modifiers", action="store_true", help="bake what modifiers change as they leave it")
+    bake.add_argument(
+        "--subdivide", type=_whole_number(1), nargs="?", const=BUDGET, metavar="MOST",
+        help=f"subdivide meshes that are too coarse for the target, up to MOST vertices in all, default {BUDGET}",
+    )  # fmt: skip
     bake.set_defaults(usage_error=bake.error, work=_bake)
     return parser
 
@@ -228,6 +247,15 @@ def _number(low, high=float("inf")):
         if not low <= value <= high:
             raise argparse.ArgumentTypeError(f"{text} is not between {low} and {high}")
         return value
+
+    return number
+
+
+def _whole_number(low):
+    def number(text):
+        if not text.isdecimal() or int(text) < low:
+            raise argparse.ArgumentTypeError(f"{text} is no whole number from {low} on")
+        return int(text)
 
     return number
 

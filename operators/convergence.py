@@ -98,7 +98,7 @@ def _places(reading, targets):
     """The Places of the vertices to be baked, and random ones of the scene."""
     surface, points, names, vertex = [], [], [], []
     for target in targets:
-        found = bake_points(target.polygon_surface, *corners_of(target), "CORNER")
+        found = bake_points(*corners_of(target), "CORNER")
         surface += [np.full(stop - start, k) for k, start, stop in found.runs]
         points.append(found.points)
         names += [target.name] * len(found.points)

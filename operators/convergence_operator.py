@@ -10,9 +10,9 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 from bpy.types import Operator
 
-from .bake_operator import PDM_OT_bake, Steps
 from .convergence import ConvergenceSettings, convergence_steps
 from .convergence_page import csv_text, curves, page, text_rows
+from .modal_steps import Steps, current
 from .settings import BakeProperties
 
 NAMES = ("objects", "time_limit", "tightest", "published", "cycles")
@@ -87,7 +87,7 @@ class PDM_OT_convergence_page(Operator):
         if last is None or not os.path.exists(last["page"]):
             cls.poll_message_set("The page is gone; run Error Against Time again")
             return False
-        return PDM_OT_bake.stage is None
+        return current.stage is None
 
     def execute(self, context):
         webbrowser.open(Path(context.scene.pdm_radiosity.convergence()["page"]).as_uri())

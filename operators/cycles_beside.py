@@ -67,7 +67,7 @@ def _run(folder, count, reading, targets):
     with np.load(_path(folder, count)) as data:
         wall, cpu = data["seconds"].tolist()
         for k, target in enumerate(targets):
-            pairs = bake_points(target.polygon_surface, *corners_of(target), "CORNER")
+            pairs = bake_points(*corners_of(target), "CORNER")
             surface = np.concatenate([np.full(stop - start, s) for s, start, stop in pairs.runs])
             rho, emission = scene.reflectance[surface], scene.emission[surface]
             one, other = (rho * _of_pairs(data[f"{seed}:{k}"], pairs) for seed in (1, 2))

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ..pdm_core.scene import MAX_REFLECTANCE
+from .preview_nodes import before_preview
 
 NO_MATERIAL = 0.8  # the grey that Blender gives an object without material
 FRONT, BACK = 0, 1
@@ -127,7 +128,7 @@ def _key(output):
 
 
 def _source(socket):
-    """The output socket that feeds an input socket, past reroutes and muted nodes, or None."""
+    """The output socket that feeds an input socket, past reroutes, muted nodes and our preview, or None."""
     passed_by = set()
     while socket.is_linked and not socket.links[0].is_muted:
         output = socket.links[0].from_socket
@@ -135,6 +136,9 @@ def _source(socket):
         if node.name in passed_by:
             return None
         passed_by.add(node.name)
+        if before_preview(node):
+            socket = before_preview(node)
+            continue
         if node.mute:
             passed = [link.from_socket for link in node.internal_links if link.to_socket == output]
         elif node.bl_idname == "NodeReroute":

@@ -34,12 +34,16 @@ class MeshArrays:
         return np.cumsum(self.counts) - self.counts
 
     @cached_property
+    def next(self):
+        """(c,) the next corner of the same polygon."""
+        after = np.arange(1, len(self.corners) + 1)
+        after[self.starts + self.counts - 1] = self.starts
+        return after
+
+    @cached_property
     def following(self):
         """(c,) vertex of the next corner of the same polygon."""
-        after = np.empty_like(self.corners)
-        after[:-1] = self.corners[1:]
-        after[self.starts + self.counts - 1] = self.corners[self.starts]
-        return after
+        return self.corners[self.next]
 
     @cached_property
     def polygons(self):
@@ -53,13 +57,66 @@ class MeshArrays:
         return low * len(self.vertices) + high
 
     @cached_property
+    def _by_edge(self):
+        """The corners sorted by edge, and whether each is the first of its edge."""
+        order = np.argsort(self.edges)
+        key = self.edges[order]
+        return order, np.append(True, key[1:] != key[:-1])
+
+    @cached_property
+    def edge(self):
+        """(c,) the edges numbered from 0."""
+        order, first = self._by_edge
+        number = np.empty(len(order), np.int64)
+        number[order] = np.cumsum(first) - 1
+        return number
+
+    @cached_property
+    def joints(self):
+        """(2, k) pairs of corners on one edge, each pair once."""
+        order, _ = self._by_edge
+        key, pairs, step = self.edges[order], [np.zeros((2, 0), int)], 1
+        while step < len(key) and (same := key[step:] == key[:-step]).any():  # again where three faces and more meet
+            pairs.append(np.stack([order[step:][same], order[:-step][same]]))
+            step += 1
+        return np.concatenate(pairs, axis=1)
+
+    @cached_property
     def rounding(self):
         """m; how far float32 may have moved a vertex: a few roundings at the largest coordinate."""
         return 4 * FLOAT32 * float(np.abs(self.vertices).max())
 
+    @cached_property
+    def fans(self):
+        """Area vectors and centroids (c, 3) of the triangles first corner, corner, next corner; zero at both ends."""
+        first = np.repeat(self.vertices[self.corners[self.starts]], self.counts, axis=0)
+        a = self.vertices[self.corners] - first
+        b = a[self.next]
+        return cross(a, b) / 2, first + (a + b) / 3
+
+    @cached_property
+    def normals(self):
+        """(p, 3) m^2 along each polygon's normal, its length the area."""
+        if self.is_triangles:
+            a, b, c = (self.vertices[self.corners[k::3]] for k in range(3))
+            return cross(b - a, c - a) / 2
+        return np.add.reduceat(self.fans[0], self.starts)
+
+    @cached_property
+    def is_triangles(self):
+        return bool((self.counts == 3).all())
+
+    @cached_property
+    def heights(self):
+        """(p,) m; the width of each polygon across its longest edge, if it were a parallelogram."""
+        lengths = np.linalg.norm(self.vertices[self.following] - self.vertices[self.corners], axis=1)
+        longest = np.maximum.reduceat(lengths, self.starts)
+        return np.linalg.norm(self.normals, axis=1) / np.maximum(longest, np.finfo(float).tiny)
+
     def part(self, polygons):
-        """The MeshArrays of some polygons (bool mask (p,)) with the vertices they use."""
-        corners = self.corners[np.repeat(polygons, self.counts)]
+        """The MeshArrays of some polygons, a bool mask (p,) or indices, with the vertices they use."""
+        polygons = np.flatnonzero(polygons) if polygons.dtype == bool else polygons
+        corners = self.corners[spans(self.starts[polygons], self.counts[polygons])]
         used, corners = np.unique(corners, return_inverse=True)
         return MeshArrays.make(self.vertices[used], corners, self.counts[polygons], self.materials[polygons])
 
@@ -67,22 +124,38 @@ class MeshArrays:
     def bodies(self):
         """(p,) a number for each polygon, the same within a closed body with its normals outward, -1 where there is
         none: each edge of a component belongs to two of its polygons, once in either direction."""
-        component = self.components()
+        component = self.components
         forward = np.where(self.corners < self.following, 1, -1)
-        _, edge, count = np.unique(self.edges, return_inverse=True, return_counts=True)
-        paired = (count == 2) & (np.bincount(edge, forward) == 0)
-        at = self.vertices - self.vertices.mean(axis=0)
-        # six times the volume under each corner's triangle with the polygon's first corner and the middle
-        first = at[self.corners[self.starts]][self.polygons]
-        volume = np.einsum("ci,ci->c", first, np.cross(at[self.corners], at[self.following]))
+        paired = (np.bincount(self.edge) == 2) & (np.bincount(self.edge, forward) == 0)
+        # three times the volume under each polygon, as triangles with its first corner
+        first = self.vertices[self.corners[self.starts]] - self.vertices.mean(axis=0)
+        volume = np.einsum("pi,pi->p", first, self.normals)
         count = len(self.vertices)
-        open_edges = np.bincount(component[self.polygons], ~paired[edge], count)
-        closed = (open_edges == 0) & (np.bincount(component[self.polygons], volume, count) > 0)
+        is_open = np.zeros(count, bool)
+        is_open[component[self.polygons[~paired[self.edge]]]] = True
+        closed = ~is_open & (np.bincount(component, volume, count) > 0)
         return np.where(closed[component], component, -1)
 
+    @cached_property
     def components(self):
         """(p,) a number for each polygon, the same within a component; polygons are linked through vertices."""
         return connected(len(self.vertices), self.corners, self.following)[self.corners[self.starts]]
+
+
+def cross(a, b):
+    """(n, 3) x (n, 3), three times as fast as numpy's"""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        np.multiply(a[:, i], b[:, j], out=out[:, k])
+        out[:, k] -= a[:, j] * b[:, i]
+    return out
+
+
+def spans(starts, counts):
+    """(sum of counts,) the numbers starts[0], starts[0] + 1, ... of all spans, one after the other"""
+    before = np.cumsum(counts) - counts
+    return np.repeat(starts - before, counts) + np.arange(int(counts.sum()))
 
 
 def connected(n, a, b):

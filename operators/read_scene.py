@@ -6,17 +6,21 @@ import bpy
 import numpy as np
 
 from ..pdm_core import Scene, SceneError
+from ..pdm_core.scene import unit
 from ..pdm_core.signs_of_life import finish, in_thread, mapped
-from .colour_attribute import BakeError
+from .accept_pieces import accept_pieces
+from .hidden_sides import surfaces_of
 from .materials import read_material
+from .mesh_arrays import Arrays
+from .mesh_shapes import MeshShape
 from .mesh_topology import NotRecognised
 from .read_lights import read_lights
-from .read_mesh import gather_mesh, recognise
-from .read_surfaces import pieces_of, surfaces_of, twins
+from .read_mesh import recognise
+from .read_objects import gather_objects
+from .read_surfaces import pieces_of
 from .read_world import world_steps
 from .render_visible import evaluated, render_visible
 
-UNREAD = {"CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME", "GPENCIL", "GREASEPENCIL"}
 LARGE = 20_000  # corners, from which on a mesh is recognised in a thread of its own, to give signs of life meanwhile
 SINGLE = 2**-24  # relative rounding of Blender's coordinates and matrices
 
@@ -25,9 +29,12 @@ SINGLE = 2**-24  # relative rounding of Blender's coordinates and matrices
 class ReadObject:
     """A recognised object, which takes part in the light.
 
-    kind 'SPHERE', 'PLANE', 'PLANES' or 'SHAPES'; label for the user; surfaces: its indices into Scene.surfaces;
-    matrix (4, 4) float64 to the world; polygon_surface (p,): the surface that each polygon of the base mesh faces
-    along its normal; bakeable, or the reason why it is not.
+    kind and label: MeshShapes'; exactness 'exact' or 'approximate', where a part is no sphere, plane or polygon;
+    surfaces: its indices into Scene.surfaces; matrix (4, 4) float64 to the world; bakeable, or the reason why not.
+    corner_surface (c,), triangle_surface (t,): the surface that each corner and triangle of the base mesh faces along
+    its normal, where it is bakeable; corner_normals (c, 3) with which corners are shaded and middles (c, 3) m in the
+    face that each belongs to, in the world, where it is approximate. base: Arrays of the mesh that is baked;
+    is_applied, is_single_user: whether that is what its modifiers made, or a copy for itself.
     """
 
     object: bpy.types.Object
@@ -36,17 +43,21 @@ class ReadObject:
     label: str
     surfaces: list
     matrix: np.ndarray
-    polygon_surface: np.ndarray
     bakeable: bool
     reason: str
+    exactness: str = "exact"
+    base: Arrays | None = None
+    is_applied: bool = False
+    is_single_user: bool = False
+    corner_surface: np.ndarray | None = None
+    triangle_surface: np.ndarray | None = None
+    corner_normals: np.ndarray | None = None
+    middles: np.ndarray | None = None
 
     @property
-    def mesh(self):
-        """The mesh that is baked; BakeError where the object was removed after it was read."""
-        try:
-            return self.object.data
-        except ReferenceError:
-            raise BakeError(f"Object {self.name!r} was removed during the bake; bake again") from None
+    def polygon_surface(self):
+        """(p,) the surface of the first corner of each polygon of the base mesh."""
+        return self.corner_surface[np.cumsum(self.base.counts) - self.base.counts]
 
 
 @dataclass(eq=False)
@@ -63,16 +74,17 @@ class Reading:
     lights: list = field(default_factory=list)
 
 
-def read_scene(context, objects="ALL", baked=()):
+def read_scene(context, objects="ALL", baked=(), **own_meshes):
     """The Reading at once, see read_steps."""
-    return finish(read_steps(context, objects, baked))
+    return finish(read_steps(context, objects, baked, **own_meshes))
 
 
-def read_steps(context, objects="ALL", baked=()):
+def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_modifiers=False):
     """Generator of the fraction done; returns the Reading of the context's scene and view layer.
 
     objects, 'ALL', 'SELECTED' or names, limits what is bakeable and never what lights: every recognised object that a
     render shows takes part in the light. baked: names of colour attributes that hold bakes, which are no light.
+    make_single_user, apply_modifiers: what such an object needs is bakeable, and gets a mesh of its own.
     SceneError where a name is missing or a visible object is in Edit Mode.
     """
     view_layer = context.view_layer
@@ -83,23 +95,24 @@ def read_steps(context, objects="ALL", baked=()):
     if editing:
         raise SceneError(f"Object {', '.join(editing)} is in Edit Mode; switch to Object Mode first")
     reading = Reading(None, hidden=sum(obj.type == "MESH" for obj in view_layer.objects) - len(meshes))
-    reading.refused += [
-        (obj.name, f"is of type {obj.type.title()}; convert it to a mesh") for obj in visible if obj.type in UNREAD
-    ]
     with evaluated(context, visible) as depsgraph:  # what is hidden is shown meanwhile: no other hand may come between
-        raw, looks = _gather(meshes, depsgraph, reading, frozenset(baked))
-        _note_unread(visible, depsgraph, reading)
+        gathered = gather_objects(visible, wanted, depsgraph, make_single_user, apply_modifiers)
+        looks = {name: read_material(material, frozenset(baked)) for name, material in gathered.materials.items()}
+        reading.refused += gathered.refused
+        reading.warnings += gathered.warnings
         lights = _lights(visible, depsgraph, reading)
     background, suns = yield from _background(context.scene, reading)
-    found = yield from _recognise(raw, reading)
-    taken = _accept(found, looks, reading)
-    everything = [piece for _, pieces in taken for piece in pieces]
-    reading.scene, indices = yield from mapped(
-        in_thread(_scene_of, everything, background, [*lights, *suns]), lambda _: 1.0
+    found = yield from _recognise(gathered.raw, reading)
+    accepted = accept_pieces(_pieces(found, looks, reading), SINGLE)
+    reading.refused += accepted.refused
+    reading.warnings += [f"Object {mesh.name!r}: {text}" for mesh, _ in accepted.taken for text in mesh.warnings]
+    reading.warnings += accepted.warnings
+    reading.scene, sides = yield from mapped(
+        in_thread(_scene_of, accepted.pieces, background, [*lights, *suns]), lambda _: 1.0
     )
-    for mesh, pieces in taken:
-        own, indices = indices[: len(pieces)], indices[len(pieces) :]
-        reading.objects.append(_read_object(mesh, own, mesh.object in wanted))
+    for (mesh, _), place in zip(accepted.taken, accepted.place, strict=True):
+        is_wanted = mesh.raw.object in wanted
+        reading.objects.append(_read_object(mesh, [sides[k] for k in place], is_wanted))
     return reading
 
 
@@ -125,115 +138,75 @@ def _wanted(view_layer, meshes, objects):
     return {shown[name] for name in names}
 
 
-def _gather(meshes, depsgraph, reading, baked):
-    """[RawMesh] of those that are sound, the others go to reading.refused; {name or None: Appearance} of materials."""
-    raw, looks = [], {}
-    for obj in meshes:
-        try:
-            mesh, materials = gather_mesh(obj, depsgraph)
-        except NotRecognised as error:
-            reading.refused.append((obj.name, str(error)))
-            continue
-        raw.append(mesh)
-        for name, material in zip(mesh.materials, materials, strict=True):
-            if name not in looks:
-                looks[name] = read_material(material, baked)
-    return raw, looks
-
-
 def _recognise(raw, reading):
     """Generator of the fraction done; returns [MeshObject] of the recognised; the others go to reading.refused."""
-    found, grids, done = [], {}, 0
-    total = sum(len(mesh.arrays[1]) for mesh in raw)
+    found, known, done = [], {}, 0
+    total = sum(len(mesh.arrays.corners) for mesh in raw)
     for mesh in raw:
-        size = len(mesh.arrays[1])
+        size = len(mesh.arrays.corners)
         try:
             if size < LARGE:
-                found.append(recognise(mesh, grids))
+                found.append(recognise(mesh, known))
             else:
-                found.append((yield from mapped(in_thread(recognise, mesh, grids), lambda _, at=done: at / total)))
+                found.append((yield from mapped(in_thread(recognise, mesh, known), lambda _, at=done: at / total)))
         except NotRecognised as error:
-            reading.refused.append((mesh.object.name, str(error)))
+            reading.refused.append((mesh.name, str(error)))
         done += size
         yield done / max(total, 1)
     return found
 
 
-def _accept(found, looks, reading):
-    """[(MeshObject, [Piece])]; objects whose shapes the core refuses, or which lie on others, go to refused."""
+def _pieces(found, looks, reading):
+    """[(MeshObject, [Piece])]; objects whose shapes the core refuses go to reading.refused."""
     users, taken = {}, []
     for mesh in found:
         for name in mesh.shape_materials:
-            users.setdefault(name, {})[mesh.object.name] = None
+            users.setdefault(name, {})[mesh.name] = None
         own = [looks[name] for name in mesh.shape_materials]
-        pieces = pieces_of(mesh.object.name, mesh.matrix, mesh.shapes, own)
-        problems = [problem for piece in pieces if (problem := piece.shape.problem())]
         if all(look.is_volume for look in own):
-            reading.refused.append((mesh.object.name, "has only a volume shader, which takes no part in this light"))
-        elif problems:
-            reading.refused.append((mesh.object.name, problems[0]))
+            reading.refused.append((mesh.name, "has only a volume shader, which takes no part in this light"))
+            continue
+        pieces = pieces_of(mesh.name, mesh.shape_matrix, mesh.shapes, own)
+        problems = [problem for piece in pieces if (problem := piece.shape.problem())]
+        if problems:
+            reading.refused.append((mesh.name, problems[0]))
         else:
             taken.append((mesh, pieces))
-    taken = _without_twins(taken, reading)
     for key, names in users.items():
-        reading.warnings += [
-            f"Material {key!r} ({some('object', list(names))}): {text}" for text in looks[key].warnings
-        ]
-    for mesh, _ in taken:
-        reading.warnings += [f"Object {mesh.object.name!r}: {text}" for text in mesh.warnings]
+        texts = looks[key].warnings
+        reading.warnings += [f"Material {key!r} ({some('object', list(names))}): {text}" for text in texts]
     return taken
 
 
-def _without_twins(taken, reading):
-    """Two shapes on one another would each hide the other: the later object is left out, if the earlier is not."""
-    owner = [k for k, (_, pieces) in enumerate(taken) for _ in pieces]
-    twin = twins([piece for _, pieces in taken for piece in pieces])
-    doubled = {}
-    for late in np.flatnonzero(twin >= 0):
-        early = owner[twin[late]]
-        if owner[late] not in doubled and (early not in doubled or early == owner[late]):
-            doubled[owner[late]] = early
-    for late, early in doubled.items():
-        name = taken[early][0].object.name
-        where = "itself; merge its doubled faces" if late == early else f"object {name!r}; move or delete one of them"
-        reading.refused.append((taken[late][0].object.name, f"lies exactly on {where}"))
-    return [entry for k, entry in enumerate(taken) if k not in doubled]
-
-
 def _read_object(mesh, indices, is_wanted):
-    facing = np.array([sides[0] for sides in indices])
     reason = mesh.reason or ("" if is_wanted else "is not among the objects to bake")
-    return ReadObject(
-        object=mesh.object,
-        name=mesh.object.name,
+    read = ReadObject(
+        object=mesh.raw.object,
+        name=mesh.name,
         kind=mesh.shapes.kind,
         label=mesh.shapes.label,
         surfaces=[index for sides in indices for index in sides],
-        matrix=mesh.matrix,
-        polygon_surface=facing[mesh.polygon_shape],
+        matrix=mesh.raw.matrix,
         bakeable=not reason,
         reason=reason,
+        exactness=mesh.shapes.exactness,
+        base=mesh.base,
+        is_applied=mesh.is_applied,
+        is_single_user=mesh.raw.single_user,
     )
+    if mesh.baked:
+        side = np.array([(sides[0], sides[-1]) for sides in indices])
+        baked, linear = mesh.baked, mesh.raw.matrix[:3, :3]
+        read.corner_surface = side[baked.corner_shape, baked.corner_back.astype(int)]
+        read.triangle_surface = side[baked.triangle_shape, baked.triangle_back.astype(int)]
+        if baked.normals is not None:
+            is_mesh = np.array([isinstance(shape, MeshShape) for shape in mesh.shapes.shapes])
+            normals = unit(np.einsum("ci,ij->cj", baked.normals, np.linalg.pinv(linear)))
+            read.corner_normals = np.where(is_mesh[baked.corner_shape, None], normals, 0.0)  # what is exact has its own
+            read.middles = baked.middles @ linear.T + mesh.raw.matrix[:3, 3]
+    return read
 
 
-def _note_unread(visible, depsgraph, reading):
-    """What a render shows and we do not read: instances, particles."""
-    made = {}
-    for instance in depsgraph.object_instances:
-        if instance.is_instance and instance.object.type in UNREAD | {"MESH"}:
-            name = instance.parent.name
-            made[name] = made.get(name, 0) + 1
-    refused = {name for name, _ in reading.refused}
-    meshes = {obj.name for obj in visible if obj.type == "MESH"}
-    for name, count in made.items():
-        text = f"makes {count} instance{'s' * (count > 1)}; make them real (Object > Apply > Make Instances Real)"
-        if name in meshes:
-            reading.warnings.append(f"Object {name!r} {text}")
-        elif name not in refused:
-            reading.refused.append((name, text))
-    for obj in visible:
-        if obj.type == "MESH" and len(obj.particle_systems):
-            reading.warnings.append(f"Object {obj.name!r}: its particles are left out")
 
 
 def _lights(visible, depsgraph, reading):

@@ -19,8 +19,9 @@ def bake_report(context, settings, reading, solution, between, items, points, se
     """dict of plain JSON types (infinite and undefined numbers are None).
 
     versions {extension, blender, numpy}; file, scene; settings (those of bpy.ops.pdm.bake)
-    objects [{name, kind, label, baked, reason, domain, vertices, between, error}]: every recognised object; the last
-        four if baked; between: its part of between_vertices; error: its own, relative to its own light
+    objects [{name, kind, label, exactness, baked, reason, domain, vertices, between, error}]: every recognised object;
+        exactness 'exact' or 'approximate'; the last four if baked; between: its part of between_vertices; error: its
+        own, relative to its own light
     refused [{name, reason}], the reason goes on after the name; hidden: mesh objects that a render does not show
     lights [{name, type}]: lamps that shine, and suns in the world's map, by Blender's types
     warnings [text]
@@ -105,10 +106,11 @@ def _object_entry(read, item=None, between=0.0, error=0.0):
         "name": read.name,
         "kind": read.kind,
         "label": read.label,
+        "exactness": read.exactness,
         "baked": item is not None,
         "reason": read.reason,
         "domain": item.domain if item else "",
-        "vertices": len(read.mesh.vertices) if item else 0,
+        "vertices": len(read.base.vertices) if item else 0,
         "between": between,
         "error": error,
     }

@@ -2,8 +2,17 @@
 
 import json
 
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    StringProperty,
+)
 from bpy.types import PropertyGroup
+
+from .listed import PDM_PG_listed, fill, select_listed
 
 
 class BakeProperties:
@@ -99,14 +108,62 @@ class BakeProperties:
         ),
         default=False,
     )
+    make_single_user: BoolProperty(
+        name="Make Single User",
+        description=(
+            "Objects that share a mesh are each baked on a copy of their own. Otherwise the first one's bake is all's"
+        ),
+        default=False,
+    )
+    apply_modifiers: BoolProperty(
+        name="Apply Modifiers",
+        description=(
+            "Modifiers and shape keys that change an object's vertices or faces are applied, and the result is baked. "
+            "Otherwise such an object takes part in the light and is not baked"
+        ),
+        default=False,
+    )
 
 
 SETTING_NAMES = tuple(BakeProperties.__annotations__)
+
+PRESETS = {"DRAFT": 0.05, "GOOD": 0.01, "FINE": 0.0025}  # target errors
+CUSTOM = len(PRESETS)
+
+
+def _preset(self):
+    """The number of the preset that the target error is, unless another was asked for."""
+    numbers = [k for k, error in enumerate(PRESETS.values()) if abs(self.target_error - error) < 1e-6 * error]
+    return CUSTOM if self.custom_target or not numbers else numbers[0]
+
+
+def _set_preset(self, number):
+    self.custom_target = number == CUSTOM
+    if number < CUSTOM:
+        self.target_error = list(PRESETS.values())[number]
 
 
 class PDM_PG_scene(BakeProperties, PropertyGroup):
     """`scene.pdm_radiosity`: the sidebar's settings, and what was last found and done, saved with the file."""
 
+    preset: EnumProperty(
+        name="Target Error",
+        description="How far off the light may be, relative to its mean",
+        items=[
+            ("DRAFT", "Draft 5 %", "To place lights by"),
+            ("GOOD", "Good 1 %", "Hardly to be told from exact by eye"),
+            ("FINE", "Fine .25 %", "Exact to the eye in flat gradients too"),
+            ("CUSTOM", "Custom", "Any other target error"),
+        ],
+        get=_preset,
+        set=_set_preset,
+    )
+    custom_target: BoolProperty(options={"HIDDEN"})
+    show_after_bake: BoolProperty(
+        name="Show When Done",
+        description="After a bake by the button, switch the 3D views of the screen to the baked colours",
+        default=True,
+    )
     last_report: StringProperty(
         name="Last Report",
         description="The report of the last bake of this scene as JSON, the same as --report writes",
@@ -115,17 +172,24 @@ class PDM_PG_scene(BakeProperties, PropertyGroup):
         name="Last Scan",
         description="The objects recognised and refused in this scene when last looked at, as JSON",
     )
-
     last_convergence: StringProperty(
         name="Last Convergence",
         description="The last run of Error Against Time of this scene as JSON: its rows and where its page is",
     )
+    listed: CollectionProperty(type=PDM_PG_listed)
+    listed_index: IntProperty(update=select_listed)
 
     def keep(self, report):
         """Stores a bake's report, which is also the latest scan; its warnings stand in the report."""
         self.last_report = json.dumps(report)
-        scan = {key: report[key] for key in ("objects", "refused", "hidden")}
-        self.last_scan = json.dumps({**scan, "warnings": []})
+        self.keep_scan({**{key: report[key] for key in ("objects", "refused", "hidden", "lights")}, "warnings": []})
+
+    def keep_scan(self, scan):
+        """Stores what was found in the scene, and lists it; nothing is touched where it is as before."""
+        text = json.dumps(scan)
+        fill(self.listed, scan, self.report())
+        if text != self.last_scan:
+            self.last_scan = text
 
     def report(self):
         """The last bake's report as a dict, or None."""
@@ -136,5 +200,5 @@ class PDM_PG_scene(BakeProperties, PropertyGroup):
         return json.loads(self.last_convergence) if self.last_convergence else None
 
     def scan(self):
-        """The last scan as a dict with `objects`, `refused`, `hidden` and `warnings`, or None."""
+        """The last scan as a dict with `objects`, `refused`, `hidden`, `lights` and `warnings`, or None."""
         return json.loads(self.last_scan) if self.last_scan else None

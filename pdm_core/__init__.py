@@ -1,9 +1,11 @@
-"""Diffuse light between exact planes and spheres: form factors, radiosity, gathering. Needs numpy only."""
+"""Diffuse light between exact flat shapes and spheres, and meshes: form factors, radiosity, gathering. Needs numpy."""
 
 from .checked import SceneError
 from .form_factors import FormFactors, form_factors, pdm_form_factor
 from .lights import AreaLight, PointLight, SpotLight, SunLight
+from .mesh import Mesh
 from .plan import Plan, plan
+from .polygon import Polygon
 from .radiosity import Progress, Solution, solve, solve_steps
 from .scene import Light, Plane, Scene, Sphere, Surface
 
@@ -11,9 +13,11 @@ __all__ = [
     "AreaLight",
     "FormFactors",
     "Light",
+    "Mesh",
     "Plan",
     "Plane",
     "PointLight",
+    "Polygon",
     "Progress",
     "Scene",
     "SceneError",

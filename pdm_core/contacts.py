@@ -194,7 +194,7 @@ def _moved(scene, shapes, contacts):
 def _touching(scene):
     """Contacts of the scene, and the corners (planes, 4, 3) m of its planes with the layers parted."""
     planes = _Planes(scene)
-    i, j = _near(planes.corners.min(axis=1), planes.corners.max(axis=1), scene.tolerance)
+    i, j = near(planes.corners.min(axis=1), planes.corners.max(axis=1), scene.tolerance)
     corners = _welded(planes.corners, i, j, 2 * scene.tolerance)
     # the larger comes first, of equal ones the earlier
     rank = np.empty(len(planes.area), int)
@@ -229,7 +229,7 @@ def _rests(scene, planes):
     half = planes.radius[:, None] * np.ones(3)
     low, high = planes.middle - half, planes.middle + half
     low[planes.index], high[planes.index] = planes.corners.min(axis=1), planes.corners.max(axis=1)
-    a, b = _near(low, high, scene.tolerance)
+    a, b = near(low, high, scene.tolerance)
     a, b = np.concatenate([a, b]), np.concatenate([b, a])
     mixed = ~planes.flat[a] & planes.flat[b]
     ball, plane = a[mixed], b[mixed]
@@ -273,7 +273,7 @@ def _bounds(scene):
     return (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
 
 
-def _near(low, high, tolerance):
+def near(low, high, tolerance):
     """Index pairs (k,), (k,) of boxes low..high (n, 3) m that come within the tolerance of each other: a sweep along
     the axis in which the boxes are smallest."""
     if len(low) < 2:

@@ -5,12 +5,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .checked import SceneError, number
+from .choice import choose
 from .contacts import settle
 from .field import first_nodes
-from .scene import Scene
+from .scene import Plane, Scene, Sphere
 from .visibility import Shafts
 
 MEMORY = 1.4e9  # bytes for the light between the nodes; all of a run stays below 2 GB
+RAY_MEMORY = 1.2e9  # bytes for the rays between the nodes
+KNOWN = 300  # surfaces up to which it is asked which of them light can reach
 LAMP_POINTS = 64  # of a surface, of which one must face a lamp
 PROPORTIONAL = 1e-12  # relative difference of channels that counts as none
 
@@ -35,6 +38,9 @@ def plan(scene, target_error=1e-2, shafts=None):
     if not isinstance(scene, Scene):
         raise SceneError(f"plan needs a Scene, not {scene!r}")
     target = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
+    choice = choose(scene, target)
+    if shafts is None and choice.by_rays:
+        return plan_by_rays(scene, target, choice.why)
     shafts = Shafts(settle(scene)[0]) if shafts is None else shafts
     lights = int((scene.emission > 0).any(axis=1).sum())
     black = int((scene.reflectance == 0).all(axis=1).sum())
@@ -51,6 +57,7 @@ def plan(scene, target_error=1e-2, shafts=None):
     result = Plan(reached=reached)
     say = result.lines.append
     say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
+    say(f"indirect light by links between cells, {choice.why}")
     if black:
         say(f"black surfaces, which send nothing on: {black}")
     if not lights and not scene.lights and not (scene.background > 0).any():
@@ -79,8 +86,38 @@ def plan(scene, target_error=1e-2, shafts=None):
     return result
 
 
+def plan_by_rays(scene, target, why):
+    """The Plan of a solution by bundles of rays, chosen for the reason why."""
+    result = Plan(reached=np.ones(len(scene), bool))
+    lights = int((scene.emission > 0).any(axis=1).sum()) + len(scene.lights)
+    balls = sum(isinstance(shape, Sphere) for shape in scene.shapes)
+    triangles = [len(shape.triangles) for shape in scene.shapes if not isinstance(shape, Plane | Sphere)]
+    flat = len(scene.shapes) - balls - len(triangles) + sum(triangles)
+    black = int((scene.reflectance == 0).all(axis=1).sum())
+    sky = scene.sky is not None or (scene.background > 0).any()
+    say = result.lines.append
+    say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
+    say(f"indirect light and the sky by bundles of parallel rays, {why}")
+    say(f"what rays may meet: {flat} parallelograms and triangles, {balls} balls")
+    if black:
+        say(f"black surfaces, which send nothing on: {black}")
+    if not lights and not sky:
+        say("nothing shines: all is dark, no work")
+    if not sky:
+        say("no background light: directions that leave the scene carry nothing")
+    say(f"memory for the rays between the nodes: at most {RAY_MEMORY / 1e6:.0f} MB")
+    result.counts = {
+        "surfaces": len(scene), "lights": lights, "black": black, "dark": 0, "channels": 3, "facets": flat,
+        "sum tells": False,
+    }  # fmt: skip
+    return result
+
+
 def lit(scene):
-    """(n surfaces,) Whether light may come to each, as in Plan.reached, without the rest of the plan."""
+    """(n surfaces,) Whether light may come to each, as in Plan.reached, without the rest of the plan; of many shapes, or
+    of others than planes and spheres, nothing is known beforehand."""
+    if len(scene) > KNOWN or not all(isinstance(s, Plane | Sphere) for s in scene.shapes):
+        return np.ones(len(scene), bool)
     scene = settle(scene)[0]
     return reached_by_light(scene, Shafts(scene))
 

@@ -11,6 +11,7 @@ from collections import Counter, namedtuple
 import numpy as np
 
 from .checked import SceneError, index, number, vectors
+from .choice import choose
 from .contacts import contacts_of, settle, settled_again
 from .each_surface import OWN, Light, own_errors, worst_of_parts
 from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, source_defect
@@ -19,6 +20,8 @@ from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
+from .rays.solution import ray_steps
+from .read_off import ReadOff
 from .scene import Scene, unit
 from .signs_of_life import finish, in_thread, mapped
 from .visibility import Factors, Shafts
@@ -67,10 +70,12 @@ SMALLER = "leave small objects out of the scene (hide them from renders) or join
 GRACE = 0.1, 0.15  # of the time limit, and s, for a first solution: then it is said that there is none
 FULL = "the field is as fine as the memory allows"
 FACTORS = 1 << 10  # of lights, and of the background as many as there are shapes, between two signs of life
-EVALUATE = 1 << 13  # points evaluated at once
+EVALUATE = 1 << 13  # points evaluated at once, at most
+FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
+CHUNK_SECONDS = 0.08  # a window stays usable when each takes about this long, and larger chunks gain little
 
 
-class Solution:
+class Solution(ReadOff):
     """Radiance everywhere on the scene's surfaces; see `solve`."""
 
     def __init__(self, state):
@@ -89,19 +94,16 @@ class Solution:
         norm = self.surface_norms[surfaces]
         return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
 
-    def radiance(self, surface_index, points):
-        """points (n, 3) m, projected onto the surface -> outgoing radiance (n, 3)"""
-        surface = self.scene.surfaces[index(surface_index, len(self.scene), "surface_index")]
-        return surface.emission + surface.reflectance * self.incident(surface_index, points)
-
-    def incident(self, surface_index, points):
-        """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side"""
-        index(surface_index, len(self.scene), "surface_index")
-        points = vectors(points, "points") - self._state.origin
-        out = np.empty((len(points), 3))
-        for start in range(0, len(points), EVALUATE):
-            part = slice(start, start + EVALUATE)
-            out[part] = self._state.incident(np.full(len(points[part]), surface_index), points[part])
+    def incident_steps(self, surface, points, normals=None, inward=None):
+        """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
+        out, done, chunk = np.empty((len(points), 3)), 0, FIRST_CHUNK
+        while done < len(points):
+            begun = time.perf_counter()
+            part = slice(done, done + chunk)
+            out[part] = self._state.incident(surface[part], points[part] - self._state.origin)
+            speed = chunk / max(time.perf_counter() - begun, 1e-6)
+            done, chunk = done + chunk, int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, EVALUATE))
+            yield done / len(points)
         return np.maximum(out, 0.0)
 
     def estimated_error(self, surface_index, points):
@@ -650,14 +652,19 @@ def _worst(field, error, allowed):
     return leaves[order[np.cumsum(part[order]) > allowed**2]]
 
 
-def solve_steps(scene, target_error=1e-2, time_limit=None):
+def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False):
     """Generator of Progress at least ten times a second; returns the Solution. Closing it cancels.
 
     target_error: of the radiance, relative L2 over all surfaces, of L - Le. time_limit: seconds, None for none.
+    enough(): asked at every step; True ends with the best so far, once there is one.
     """
     target_error, time_limit = _check(scene, target_error, time_limit)
+    choice = choose(scene, target_error)
+    if choice.by_rays:
+        steps = ray_steps(scene, target_error, time_limit, choice.why)
+        return (yield from mapped(steps, lambda now: Progress(_done(now[0], target_error), *now)))
     _check_memory(scene)
-    state, best = (yield from _set_up(scene, target_error)), _Best(time_limit, target_error)
+    state, best = (yield from _set_up(scene, target_error)), _Best(time_limit, target_error, enough)
     try:
         for _ in _approach(state, best, target_error):
             yield Progress(_fraction(state, target_error), state.error, state.elapsed())
@@ -681,8 +688,8 @@ class _OutOfTime(Exception):
 class _Best:
     """The best solution so far, and the time until which a better one is looked for."""
 
-    def __init__(self, time_limit, target_error):
-        self.solution, self.limit, self.target = None, time_limit, target_error
+    def __init__(self, time_limit, target_error, enough=lambda: False):
+        self.solution, self.limit, self.target, self.enough = None, time_limit, target_error, enough
 
     def add(self, state):
         """Take the solution at hand, unless an earlier one is better: out of memory, finer lights cost elsewhere."""
@@ -693,6 +700,8 @@ class _Best:
         return max(state.error, self.target), state.misses()
 
     def check_time(self, state):
+        if self.solution is not None and self.enough():
+            raise _OutOfTime
         over = self.limit is not None and state.elapsed() - self.limit
         if over and over > 0 and self.solution is not None:
             raise _OutOfTime
@@ -778,9 +787,13 @@ def _ladder(target_error):
 
 def _fraction(state, target_error):
     """How much is done, from the error: a rough guide, as the cost of what is left is not known."""
-    if not np.isfinite(state.error) or state.error <= 0:
+    return _done(state.error, target_error)
+
+
+def _done(error, target_error):
+    if not np.isfinite(error) or error <= 0:
         return 0.0
-    return float(np.clip(target_error / state.error, 0.0, 1.0))
+    return float(np.clip(target_error / error, 0.0, 1.0))
 
 
 def _finish(solution, state, target_error):

@@ -84,12 +84,17 @@ class Plane(Shape):
     @cached_property
     def area(self):
         """m^2"""
-        return float(np.linalg.norm(np.cross(self.u, self.v)))
+        return float(np.linalg.norm(self._across))
+
+    @cached_property
+    def _across(self):
+        """(3,) u x v"""
+        return np.cross(self.u, self.v)
 
     @cached_property
     def normal(self):
         """(3,) unit normal of the front."""
-        return unit(np.cross(self.u, self.v))
+        return unit(self._across)
 
     @cached_property
     def linear(self):
@@ -102,7 +107,7 @@ class Plane(Shape):
         c, u, v = self.origin, self.u, self.v
         return np.array([c, c + u, c + u + v, c + v])
 
-    @property
+    @cached_property
     def marks(self):
         """(12,) m; the same of the same shape."""
         centre = self.bounds[0]
@@ -137,6 +142,10 @@ class Plane(Shape):
 
     def problem(self):
         """What is wrong with the shape, as a sentence, or None."""
+        return self._problem
+
+    @cached_property
+    def _problem(self):
         if not all(np.isfinite(a).all() for a in (self.origin, self.u, self.v)):
             return "its coordinates are not finite; apply a valid transform"
         longest = max(np.linalg.norm(self.u), np.linalg.norm(self.v))

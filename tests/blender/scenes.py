@@ -77,9 +77,9 @@ def box(name, size=1.0, matrix=None, made_of=None, inverted=False):
     return add(name, build, matrix, made_of)
 
 
-def cone(name):
-    """Neither a sphere nor flat parallelograms: refused."""
-    return add(name, lambda b: bmesh.ops.create_cone(b, segments=12, radius1=0.2, radius2=0, depth=0.3, cap_ends=True))
+def wire(name):
+    """No faces: refused."""
+    return add(name, lambda b: b.edges.new([b.verts.new((0, 0, 0)), b.verts.new((1, 0, 0))]))
 
 
 def lit_ball():

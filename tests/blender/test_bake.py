@@ -229,14 +229,23 @@ def test_an_attribute_of_another_kind_is_not_replaced():
     assert len(floor.data.color_attributes) == 0 and len(floor.data.uv_layers) == 1
 
 
-def test_edit_mode_is_refused():
+@pytest.mark.parametrize("mode", ["EDIT", "SCULPT"])
+def test_scripts_leave_the_mode_and_go_back_to_it(mode):
+    """What was edited until then is in the bake."""
     floor, ball, _ = scenes.lit_ball()
+    for obj in (floor, ball):
+        obj.select_set(True)
     bpy.context.view_layer.objects.active = floor
-    bpy.ops.object.mode_set(mode="EDIT")
-    with pytest.raises(RuntimeError, match="'Floor'.*Object Mode"):
-        bpy.ops.pdm.bake()
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.transform.translate(value=(0, 0, -1))
+    assert bpy.ops.pdm.scan() == {"FINISHED"}
+    assert bpy.ops.pdm.bake(target_error=0.05) == {"FINISHED"}
+    assert floor.mode == mode and ball.mode == ("EDIT" if mode == "EDIT" else "OBJECT")
     bpy.ops.object.mode_set(mode="OBJECT")
-    assert len(ball.data.color_attributes) == 0
+    assert len(ball.data.color_attributes) == len(floor.data.color_attributes) == 1
+    assert scenes.vertices(floor)[0, 2] == (-1 if mode == "EDIT" else 0)
 
 
 def test_linked_mesh_is_not_baked(tmp_path):
@@ -254,18 +263,18 @@ def test_linked_mesh_is_not_baked(tmp_path):
 def test_a_scene_with_nothing_to_bake_says_why():
     with pytest.raises(RuntimeError, match="Nothing to bake"):
         bpy.ops.pdm.bake()
-    scenes.cone("Cone")
-    with pytest.raises(RuntimeError, match="Cone"):
+    scenes.wire("Wire")
+    with pytest.raises(RuntimeError, match="Wire"):
         bpy.ops.pdm.bake()
 
 
 def test_a_refused_object_is_named_in_the_report():
     scenes.lit_ball()
-    scenes.cone("Cone")
+    scenes.wire("Wire")
     report = bake()
-    assert [entry["name"] for entry in report["refused"]] == ["Cone"]
+    assert [entry["name"] for entry in report["refused"]] == ["Wire"]
     assert len(report["refused"][0]["reason"]) > 10
-    assert "Radiosity" not in bpy.data.objects["Cone"].data.color_attributes
+    assert "Radiosity" not in bpy.data.objects["Wire"].data.color_attributes
 
 
 def test_report_counts_what_was_written():
@@ -307,11 +316,11 @@ def test_a_target_that_is_missed_is_warned_of_once():
 
 def test_scan_lists_what_the_bake_will_take():
     scenes.lit_ball()
-    scenes.cone("Cone")
+    scenes.wire("Wire")
     assert bpy.ops.pdm.scan() == {"FINISHED"}
     scan = bpy.context.scene.pdm_radiosity.scan()
     assert {o["name"] for o in scan["objects"]} == {"Floor", "Ball", "Lamp"}
-    assert [r["name"] for r in scan["refused"]] == ["Cone"]
+    assert [r["name"] for r in scan["refused"]] == ["Wire"]
 
 
 def test_closing_the_steps_early_changes_nothing(addon):
@@ -471,7 +480,7 @@ def test_crates_side_by_side_are_all_baked_and_doubles_left_out():
 
 def test_disabling_the_add_on_ends_a_bake_that_runs(addon):
     scenes.lit_ball()
-    operator = addon("operators.bake_operator")
+    modal = addon("operators.modal_steps")
     ended = []
 
     class Steps:
@@ -479,8 +488,8 @@ def test_disabling_the_add_on_ends_a_bake_that_runs(addon):
             ended.append(True)
 
     timer = bpy.context.window_manager.event_timer_add(9.0, window=bpy.context.window_manager.windows[0])
-    operator.PDM_OT_bake.stage, operator.PDM_OT_bake.running = operator.Stage("Solving", 0, 1), (Steps(), timer)
+    modal.current.begin(Steps(), timer)
     assert not bpy.ops.pdm.bake.poll()
-    operator.stop_bake(bpy.context)
+    modal.stop_bake(bpy.context)
     assert ended and bpy.ops.pdm.bake.poll()
     bake()

@@ -231,30 +231,49 @@ def subsurfed(levels, applied):
     return obj
 
 
+def smooth(obj):
+    obj.data.shade_smooth()
+    return obj
+
+
 OTHERS = {
-    "cylinder": lambda: primitive("cylinder"),
-    "open cylinder": lambda: primitive("cylinder", end_fill_type="NOTHING"),
-    "cone": lambda: primitive("cone"),
-    "pyramid": lambda: primitive("cone", vertices=4),
-    "torus": lambda: primitive("torus"),
-    "monkey": lambda: primitive("monkey"),
-    "circle": lambda: primitive("circle", fill_type="NGON"),
-    "fan": lambda: primitive("circle", fill_type="TRIFAN"),
-    **{f"ico {n}": lambda n=n: primitive("ico_sphere", subdivisions=n) for n in (1, 2, 3, 4)},
-    **{f"subsurf {n} {a}": lambda n=n, a=a: subsurfed(n, a) for n in (1, 2, 3) for a in (False, True)},
+    "cylinder": (lambda: primitive("cylinder"), "2 polygons, mesh of 32 faces"),
+    "open cylinder": (lambda: primitive("cylinder", end_fill_type="NOTHING"), "mesh of 32 faces"),
+    "prism": (lambda: primitive("cylinder", vertices=6), "6 planes, 2 polygons"),
+    "cone": (lambda: primitive("cone"), "1 polygon, mesh of 32 faces"),
+    "pyramid": (lambda: primitive("cone", vertices=4), "1 plane, 4 polygons"),
+    "torus": (lambda: primitive("torus"), "mesh of 576 faces"),
+    "monkey": (lambda: smooth(primitive("monkey")), "mesh of 500 faces"),
+    "circle": (lambda: primitive("circle", fill_type="NGON"), "polygon"),
+    "fan": (lambda: primitive("circle", fill_type="TRIFAN"), "polygon"),
+    "ico 1": (lambda: primitive("ico_sphere", subdivisions=1), "20 polygons"),
+    **{
+        f"ico {n}": (lambda n=n: primitive("ico_sphere", subdivisions=n), f"mesh of {20 * 4 ** (n - 1):,} faces")
+        for n in (2, 3, 4)
+    },
+    **{
+        f"subsurf {n} {a}": (lambda n=n, a=a: subsurfed(n, a), f"mesh of {6 * 4**n:,} faces")
+        for n in (2, 3)
+        for a in (False, True)
+    },
 }
 
 
-@pytest.mark.parametrize("make", OTHERS.values(), ids=OTHERS.keys())
-def test_other_primitives_are_refused(read, make):
+@pytest.mark.parametrize("make, label", OTHERS.values(), ids=OTHERS.keys())
+def test_other_primitives_are_polygons_and_meshes(read, make, label):
     obj = make()
     reading = read()
-    assert "neither" in refusal(reading, obj.name)
-    assert reading.scene is None and reading.objects == []
+    found, surfaces = only(reading)
+    assert found.label.startswith(label)
+    assert found.exactness == ("approximate" if "mesh" in label else "exact")
+    assert found.kind == ("MESH" if "mesh" in label else "POLYGONS")
+    area = sum(surface.shape.area for surface in surfaces if surface.side == "front")
+    made = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    assert area == pytest.approx(sum(p.area for p in made.polygons), rel=2e-2 if "mesh" in label else 1e-6)
 
 
 @pytest.mark.parametrize("edit", ["moved vertex", "moved pole", "deleted face", "flipped face", "scaled ring"])
-def test_edited_spheres_are_refused(read, edit):
+def test_edited_spheres_are_meshes(read, edit):
     obj = scenes.sphere("Ball", 16, 8)
     b = bmesh.new()
     b.from_mesh(obj.data)
@@ -274,25 +293,34 @@ def test_edited_spheres_are_refused(read, edit):
                 v.co *= 1.02
     b.to_mesh(obj.data)
     b.free()
-    assert refusal(read(), "Ball")
+    found, surfaces = only(read())
+    assert found.kind == "MESH" and found.bakeable
+    is_closed = edit not in ("deleted face", "flipped face")
+    assert len(surfaces) == (1 if is_closed else 2)
 
 
 def test_bad_meshes_are_refused_with_the_reason(read):
-    flat = scenes.sphere("Zero")
-    flat.scale = (0, 0, 0)
-    scenes.sphere("Flat").scale = (1, 1, 0)
+    scenes.sphere("Zero").scale = (0, 0, 0)
     scenes.grid("Line").scale = (1, 0, 1)
     scenes.add("Empty", lambda b: None)
-    scenes.add("Loose", lambda b: (bmesh.ops.create_cube(b, size=1), b.verts.new((3, 3, 3))))
     scenes.add("Wire", lambda b: b.edges.new([b.verts.new((0, 0, 0)), b.verts.new((1, 0, 0))]))
     scenes.grid("Nan").data.vertices[0].co.x = math.nan
     bpy.context.view_layer.update()
     reading = read()
-    words = {"Zero": "flat", "Flat": "flat", "Line": "area", "Empty": "no faces"}
-    words |= {"Loose": "loose", "Wire": "no faces", "Nan": "not finite"}
+    words = {"Zero": "area", "Line": "area", "Empty": "no faces", "Wire": "no faces", "Nan": "not finite"}
     assert {name for name, _ in reading.refused} == set(words)
     for name, word in words.items():
         assert word in refusal(reading, name), name
+
+
+def test_loose_vertices_and_flat_scales_are_read(read):
+    scenes.add("Loose", lambda b: (bmesh.ops.create_cube(b, size=1), b.verts.new((3, 3, 3))))
+    scenes.sphere("Flat", 16, 8).scale = (1, 1, 0)
+    bpy.context.view_layer.update()
+    reading = read()
+    loose, flat = reading.objects
+    assert loose.label == "6 planes" and loose.bakeable and flat.bakeable
+    assert all(np.ptp(reading.scene.surfaces[k].shape.bounds[0][2:]) == 0 for k in flat.surfaces)
 
 
 def test_objects_on_one_another_are_refused(read):
@@ -388,20 +416,6 @@ def test_edit_mode_must_be_left(read, error):
     assert len(read().objects) == 1
 
 
-def test_shared_meshes_light_but_are_not_baked(read):
-    first = scenes.grid("First")
-    second = bpy.data.objects.new("Second", first.data)
-    second.location.z = 1
-    bpy.context.collection.objects.link(second)
-    first.data.use_fake_user = True
-    bpy.context.view_layer.update()
-    reading = read()
-    assert len(reading.scene) == 4 and reading.refused == []
-    assert all(not o.bakeable and "single-user" in o.reason for o in reading.objects)
-    second.data = second.data.copy()
-    assert all(o.bakeable for o in read().objects)
-
-
 def test_library_data_lights_but_is_not_baked(read, tmp_path):
     scenes.grid("Floor")
     path = tmp_path / "library.blend"
@@ -414,44 +428,12 @@ def test_library_data_lights_but_is_not_baked(read, tmp_path):
     assert not found.bakeable and "library" in found.reason and len(found.surfaces) == 2
 
 
-def test_instances_are_refused(read):
-    inner = bpy.data.collections.new("Inner")
-    in_scene = scenes.grid("Inside")
-    bpy.context.collection.objects.unlink(in_scene)
-    inner.objects.link(in_scene)
-    empty = bpy.data.objects.new("Copies", None)
-    empty.instance_type, empty.instance_collection = "COLLECTION", inner
-    bpy.context.collection.objects.link(empty)
-    scenes.grid("Floor")
-    reading = read()
-    assert "Make Instances Real" in refusal(reading, "Copies")
-    assert [o.name for o in reading.objects] == ["Floor"]
-    empty.hide_set(True)
-    assert "Make Instances Real" in refusal(read(), "Copies")
-
-
-def test_instances_on_faces_are_named_and_their_source_is_not_read(read):
-    grid = scenes.grid("Grid", 3)
-    child = scenes.sphere("Child", radius=0.1)
-    child.parent = grid
-    grid.instance_type = "FACES"
-    bpy.context.view_layer.update()
-    reading = read()
-    assert [o.name for o in reading.objects] == ["Grid"]
-    (warning,) = reading.warnings
-    assert "'Grid'" in warning and "9 instances" in warning
-
-
-def test_other_object_types(read):
-    bpy.ops.curve.primitive_bezier_circle_add()
-    bpy.ops.object.text_add()
-    bpy.ops.object.metaball_add()
+def test_what_is_no_surface_is_no_object(read):
     bpy.ops.object.empty_add()
     bpy.ops.object.camera_add()
     bpy.ops.object.light_add(type="SUN")
     reading = read()
-    assert sorted(name for name, _ in reading.refused) == ["BézierCircle", "Mball", "Text"]
-    assert all("convert" in reason for _, reason in reading.refused)
+    assert reading.refused == [] and reading.objects == []
     assert reading.warnings == [] and reading.lights == [("Sun", "SUN")] and reading.scene is None
 
 
@@ -492,12 +474,11 @@ def test_modifiers_that_change_vertices_light_but_are_not_baked(read):
     assert radii["Ball"] == pytest.approx(1.25, rel=1e-3) and radii["Key"] == pytest.approx(2, rel=1e-6)
 
 
-def test_modifiers_that_make_another_shape_are_refused(read):
+def test_modifiers_that_make_another_shape_light_but_are_not_baked(read):
     scenes.sphere("Ball").modifiers.new("Subdivision", "SUBSURF")
     scenes.grid("Floor", matrix=Matrix.Translation((0, 0, -3))).modifiers.new("Solid", "SOLIDIFY")
-    reading = read()
-    assert "neither" in refusal(reading, "Ball")
-    (floor,) = reading.objects
+    ball, floor = read().objects
+    assert ball.kind == "MESH" and "'Subdivision'" in ball.reason and not ball.bakeable
     assert floor.label == "6 planes" and "'Solid'" in floor.reason and not floor.bakeable
 
 
@@ -537,7 +518,10 @@ def test_object_slots_and_same_material_twice(read):
         slot.link, slot.material = "OBJECT", blue
     assert only(read())[1][0].reflectance[2] == pytest.approx(0.6)
     ball.material_slots[0].material = red
-    assert "more than one material" in refusal(read(), "Ball")
+    reading = read()
+    found, surfaces = only(reading)
+    assert {surface.reflectance[2] > 0 for surface in surfaces} == {True, False}
+    assert found.kind == "POLYGONS" and "more than one material" in reading.warnings[0]
 
 
 def test_without_material_blenders_grey(read):

@@ -1,0 +1,117 @@
+"""Which sides of recognised shapes become surfaces: all that light may come to."""
+
+import numpy as np
+
+from ..pdm_core import Mesh, Plane, Sphere
+
+TOUCH = 1e-6  # of the size: shapes that overlap less only touch
+AT_ONCE = 1 << 20  # pairs of bounding boxes compared at once
+
+
+def surfaces_of(pieces):
+    """[Surface] of all pieces, and [[facing, hidden]] the indices of each piece's surfaces.
+
+    What is flat or open has both sides, a sphere that which its normals face. The hidden sides of closed bodies, and of
+    closed balls, are left out where no light comes: they are out of every light's reach but of one that is inside.
+    """
+    surfaces, indices = [], []
+    for piece, seen in zip(pieces, _hidden_is_seen(pieces), strict=True):
+        sides = [piece.surface()] + ([piece.surface(hidden=True)] if seen else [])
+        indices.append(list(range(len(surfaces), len(surfaces) + len(sides))))
+        surfaces += sides
+    return surfaces, indices
+
+
+def _hidden_is_seen(pieces):
+    """(n,) Whether light may come to the hidden side of each, from outside itself."""
+    if not pieces:
+        return np.zeros(0, bool)
+    balls = np.array([isinstance(piece.shape, Sphere) for piece in pieces])
+    outward = np.array([piece.is_outward for piece in pieces])
+    shines = np.array([_shines(piece.look) for piece in pieces])
+    centre, radius = (np.array(part) for part in zip(*(piece.shape.bounds for piece in pieces)))
+    low, high = _boxes(pieces)
+    seen = ~balls
+    body = _bodies(pieces, balls & outward)
+    count = int(body.max(initial=-1)) + 1
+    if count:
+        of = body >= 0
+        inner_low, inner_high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+        np.minimum.at(inner_low, body[of], low[of])
+        np.maximum.at(inner_high, body[of], high[of])
+        touch = TOUCH * np.ptp([inner_low, inner_high], axis=0).max(axis=1, keepdims=True)
+        lit = np.bincount(body[of], shines[of], count) > 0
+        enters = np.zeros(count, bool)
+        # without light of its own what is inside has it from what shines there
+        for owners, others in ((lit, np.ones(len(pieces), bool)), (~lit, shines)):
+            inner, other = _overlapping(inner_low + touch, inner_high - touch, low, high, owners, others)
+            apart = body[other] != inner
+            inner, other = inner[apart], other[apart]
+            ball = np.full(count, -1)
+            ball[body[balls & outward]] = np.flatnonzero(balls & outward)
+            in_ball = np.flatnonzero(ball[inner] >= 0)
+            reach = np.ones(len(inner), bool)
+            reach[in_ball] = _reaches_into(pieces, centre, radius, ball[inner[in_ball]], other[in_ball])
+            enters[inner[reach]] = True
+        seen[of] = enters[body[of]]
+    for k in np.flatnonzero(balls & ~outward).tolist():
+        distance = np.linalg.norm(centre - centre[k], axis=1)
+        beyond = distance + radius > pieces[k].shape.semi_axes[2] * (1 + TOUCH)
+        beyond[k] = False
+        seen[k] = beyond.any()
+    return seen | np.array([piece.is_doubled for piece in pieces])
+
+
+def _shines(look):
+    return any(callable(side) or (np.asarray(side) > 0).any() for side in look.emission)
+
+
+def _bodies(pieces, balls):
+    """(n,) a number for each piece, the same within a closed body, each of these balls its own; -1 for none."""
+    numbers = {}
+    keys = [k if balls[k] else piece.body for k, piece in enumerate(pieces)]
+    return np.array([numbers.setdefault(key, len(numbers)) if key != () else -1 for key in keys])
+
+
+def _overlapping(low, high, other_low, other_high, owners, others):
+    """Pairs (k,), (k,) of boxes among owners and others (bool masks) that overlap."""
+    owner, other = np.flatnonzero(owners), np.flatnonzero(others)
+    found = [np.zeros((2, 0), int)]
+    step = max(1, AT_ONCE // max(len(other), 1))
+    for begin in range(0, len(owner), step):
+        some = owner[begin : begin + step]
+        hit = np.ones((len(some), len(other)), bool)
+        for axis in range(3):
+            hit &= other_low[other, axis] < high[some, axis, None]
+            hit &= other_high[other, axis] > low[some, axis, None]
+        a, b = np.nonzero(hit)
+        found.append(np.stack([some[a], other[b]]))
+    return np.concatenate(found, axis=1)
+
+
+def _boxes(pieces):
+    """low, high (n, 3) m: the pieces' extents along the axes."""
+    extents = []
+    for piece in pieces:
+        shape = piece.shape
+        if isinstance(shape, Sphere):
+            reach = np.linalg.norm(shape.linear, axis=1)
+            extents.append((shape.origin - reach, shape.origin + reach))
+            continue
+        points = shape.corners if isinstance(shape, Plane) else getattr(shape, "outline", None)
+        points = shape.vertices if isinstance(shape, Mesh) else points
+        extents.append((points.min(axis=0), points.max(axis=0)))
+    low, high = zip(*extents)
+    return np.array(low), np.array(high)
+
+
+def _reaches_into(pieces, centre, radius, ball, other):
+    """(k,) False for pieces `other` (k,) that are wholly outside balls (k,), as far as bounds tell."""
+    nothing = np.zeros(3)
+    normal = np.array([getattr(pieces[k].shape, "normal", nothing) for k in other]).reshape(-1, 3)
+    # what is flat is out of reach too where it passes the ball by: `reach` is half the ball's width across it
+    linear = np.array([pieces[k].shape.linear for k in ball]).reshape(-1, 3, 3)
+    reach = np.linalg.norm(np.einsum("ki,kij->kj", normal, linear), axis=1)
+    offset = centre[other] - centre[ball]
+    passes = normal.any(axis=1) & (np.abs(np.einsum("ki,ki->k", normal, offset)) >= reach * (1 - TOUCH))
+    return (np.linalg.norm(offset, axis=1) < (radius[other] + radius[ball]) * (1 - TOUCH)) & ~passes

@@ -1,0 +1,143 @@
+"""Keeps the sidebar's list of objects current: changes mark it stale, and while it is shown the scene is read again.
+
+The reading waits until nothing changes for a moment, runs in slices, and stays away from scenes that take long to read.
+"""
+
+import time
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..pdm_core import SceneError
+from .bake import look_at_steps
+from .modal_steps import SLICE, current, redraw_sidebars
+from .report import counted
+
+QUIET = 0.4  # s without a change before the scene is read
+SHOWN = 1.5  # s for which a drawn panel counts as shown
+SLOWEST = 0.3  # s; where a step of the last reading took longer, only the button reads again
+READ = bpy.types.Object, bpy.types.Mesh, bpy.types.Material, bpy.types.World, bpy.types.Light, bpy.types.Curve
+
+
+class _Watch:
+    """is_stale: something has changed since the scene was read; problem: why it cannot be read, or ''."""
+
+    def __init__(self):
+        self.is_stale, self.problem, self.is_slow, self.is_reading = True, "", False, False
+        self.changed = self.shown = 0.0
+        self.steps = self.seen = self.window = None
+
+    def change(self):
+        self.is_stale, self.changed, self.steps = True, time.perf_counter(), None
+
+
+watch = _Watch()
+
+
+def panel_shown(context):
+    """Told by the panel that it is drawn: the scene is read soon, if it has changed."""
+    watch.shown, watch.window = time.perf_counter(), context.window
+    signature = _signature(context.scene)
+    if signature != watch.seen:
+        watch.seen = signature
+        watch.change()
+    if watch.is_stale and not watch.is_slow and not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=QUIET)
+
+
+def _signature(scene):
+    """What changes without the dependency graph saying so: objects added, removed, renamed, hidden from renders."""
+    last = scene.pdm_radiosity.last_report
+    return scene.name, len(last), hash(tuple((obj.name, obj.hide_render) for obj in scene.objects))
+
+
+@persistent
+def _changed(scene, depsgraph):
+    if watch.is_reading or current.stage is not None:
+        return
+    for update in depsgraph.updates:
+        if isinstance(update.id, READ) and (
+            update.is_updated_geometry or update.is_updated_transform or update.is_updated_shading
+        ):
+            watch.change()
+            return
+
+
+@persistent
+def _loaded(*_):
+    watch.__init__()
+
+
+def _tick():
+    """Seconds until it wants to be called again, or None."""
+    now = time.perf_counter()
+    if current.stage is not None or now - watch.changed < QUIET:
+        return QUIET
+    if watch.window not in list(bpy.context.window_manager.windows):
+        return None
+    with bpy.context.temp_override(window=watch.window):
+        try:
+            if not _read(bpy.context):
+                return 0.0
+        except SceneError as error:
+            watch.steps, watch.is_stale, watch.problem = None, False, str(error)
+        redraw_sidebars(bpy.context)
+    return None
+
+
+def _read(context):
+    """One slice of the reading; True when done."""
+    start, watch.is_reading = time.perf_counter(), True
+    try:
+        if watch.steps is None:
+            watch.steps = look_at_steps(context)
+            next(watch.steps)
+            context.view_layer.update()  # what was shown for the reading is hidden again, and that is no change
+            watch.is_slow = time.perf_counter() - start > SLOWEST
+        while time.perf_counter() - start < SLICE:
+            next(watch.steps)
+    except StopIteration as end:
+        watch.steps, watch.is_stale, watch.problem = None, False, ""
+        context.scene.pdm_radiosity.keep_scan(end.value)
+        return True
+    finally:
+        watch.is_reading = False
+    return False
+
+
+def summary(settings):
+    """(icon, text): what a bake will do, on one line."""
+    scan = settings.scan()
+    if watch.problem:
+        return "ERROR", watch.problem
+    if scan is None:
+        return "VIEWZOOM", "Looking at the scene ..."
+    lights = scan.get("lights") or {"count": 0, "sky": False}
+    parts = [counted(len(scan["objects"]), "object")]
+    parts += [counted(lights["count"], "light")] if lights["count"] or not lights["sky"] else []
+    parts += ["sky"] * lights["sky"] + [f"{len(scan['refused'])} refused"] * bool(scan["refused"])
+    return "FILE_REFRESH" if watch.is_stale else "CHECKMARK" if not scan["refused"] else "INFO", ", ".join(parts)
+
+
+def is_dark(settings):
+    """Whether there are objects but nothing shines."""
+    scan = settings.scan()
+    return bool(scan and scan["objects"] and (lights := scan.get("lights")) and not (lights["count"] or lights["sky"]))
+
+
+def is_empty(settings):
+    scan = settings.scan()
+    return scan is not None and not scan["objects"]
+
+
+def register():
+    bpy.app.handlers.depsgraph_update_post.append(_changed)
+    bpy.app.handlers.load_post.append(_loaded)
+
+
+def unregister():
+    bpy.app.handlers.depsgraph_update_post.remove(_changed)
+    bpy.app.handlers.load_post.remove(_loaded)
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    watch.__init__()

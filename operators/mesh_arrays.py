@@ -1,0 +1,39 @@
+"""A Blender mesh's arrays, copied."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Arrays:
+    """vertices (n, 3) float32 m, local; corners (c,) their vertices; counts (p,) of each polygon; triangles (t, 3)
+    corners, polygon after polygon; normals (c, 3) with which the corners are shaded."""
+
+    vertices: np.ndarray
+    corners: np.ndarray
+    counts: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray
+
+    def flattened(self, matrix):
+        """The same under a matrix that leaves no volume; how it was shaded is lost."""
+        return replace(self, vertices=(self.vertices @ matrix[:3, :3].T + matrix[:3, 3]), normals=None)
+
+
+def arrays_of(mesh):
+    """The Arrays of a Mesh."""
+    vertices = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", vertices)
+    corners = np.empty(len(mesh.loops), np.int32)
+    if len(corners):
+        mesh.attributes[".corner_vert"].data.foreach_get("value", corners)  # 30 times faster than mesh.loops
+    counts = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_total", counts)
+    mesh.calc_loop_triangles()
+    triangles = np.empty(3 * len(mesh.loop_triangles), np.int32)
+    mesh.loop_triangles.foreach_get("loops", triangles)
+    normals = np.empty(3 * len(mesh.loops), np.float32)
+    if len(normals):
+        mesh.corner_normals.foreach_get("vector", normals)
+    return Arrays(vertices.reshape(-1, 3), corners, counts, triangles.reshape(-1, 3), normals.reshape(-1, 3))

@@ -1,0 +1,89 @@
+"""Which flat groups are meant as flat, and which are facets of something curved. numpy only, no bpy.
+
+A chain of many groups, each bending a little from the next, is a curved side: of a tube, a rock, a terrain. What is
+shaded smooth bends further and in fewer steps. Much larger parts of a chain are flat all the same: walls between
+bevels, the top of a rounded table.
+"""
+
+import numpy as np
+
+from .mesh_flat import CREASE, crease, dot
+from .mesh_topology import connected
+
+ROUNDED = np.radians(44)  # shallower creases may be those of a rounded side; chamfers (45 degrees) and octagons are not
+MOST_FACETS = 24  # that shallow creases may link and still be meant as flat: a column of 24 sides, bevels of a box
+SMOOTH = np.radians(65)  # the same of creases that are shaded smooth: a hexagonal column is round, a cube is not
+FEWEST_SMOOTH = 5  # smooth facets that are a rounded side
+REMNANTS = 8  # small flat groups that a component may have whose most groups are curved
+LARGE = 10  # times the median area of its chain: a group is flat all the same, if it is shaded flat,
+HUGE = 100  # and so many times however it is shaded
+SHADED_FLAT = 0.1  # rad; shading normals of something flat are off by no more
+SAME_SHADING = 1e-2  # shading normals on both sides of an edge that differ by less are one
+MOST_FLAT = 1000  # flat groups in an object; with more, those of less than one such part of its area are left to a mesh
+
+
+def curved(groups, unit, source, shading):
+    """(g,) Whether each of the FlatGroups is part of something curved.
+
+    unit (f, 3) normals of the faces; shading (C, 3) normals of the corners as given, which source (c,) counts, or None.
+    """
+    a, b = groups.faces.joints
+    between = groups.of_corner[a] != groups.of_corner[b]
+    a, b = a[between], b[between]
+    face_a, face_b = groups.faces.polygons[a], groups.faces.polygons[b]
+    bend = np.arctan2(crease(unit, face_a, face_b), dot(unit[face_a], unit[face_b]) * _same_way(groups.faces, a, b))
+    links = groups.of_corner[a], groups.of_corner[b]
+    large = np.full(groups.count, LARGE)
+    if shading is not None:
+        off = np.abs(shading[source] - unit[groups.faces.polygons]).max(axis=1) > SHADED_FLAT
+        large[groups.of_corner[off]] = HUGE
+    out = _chained(groups, links, bend <= ROUNDED, MOST_FACETS + 1, large)
+    if shading is not None:
+        smooth = (bend > CREASE) & (bend <= SMOOTH)
+        smooth[smooth] = _is_smooth(groups.faces, a[smooth], b[smooth], source, shading)
+        out |= _chained(groups, links, smooth, FEWEST_SMOOTH, large)
+    out |= _remnants(groups, out, large)
+    small = ~out & (groups.area < groups.area.sum() / MOST_FLAT)
+    return out | small if np.count_nonzero(~out) > MOST_FLAT else out
+
+
+def _same_way(faces, a, b):
+    """(k,) 1 where corners a and b run along their edge in opposite ways, as neighbours do that look the same way."""
+    return np.where((faces.corners[a] < faces.following[a]) != (faces.corners[b] < faces.following[b]), 1.0, -1.0)
+
+
+def _chained(groups, links, linked, fewest, large):
+    """(g,) Whether groups are small parts of chains of at least so many."""
+    chain = connected(groups.count, links[0][linked], links[1][linked])
+    many = np.bincount(chain, minlength=groups.count)[chain] >= fewest
+    return many & ~(groups.area > large * _median(groups.area, chain))
+
+
+def _remnants(groups, out, large):
+    """(g,) Small groups of components that are curved for the most part, where they are many."""
+    part = np.empty(groups.count, np.int64)
+    part[groups.label] = groups.faces.components
+    count = int(part.max()) + 1
+    curved_ones, rest = np.bincount(part, out, count), np.bincount(part, ~out, count)
+    broken = (curved_ones > rest) & (rest > REMNANTS)
+    return broken[part] & ~(groups.area > large * _median(groups.area, part))
+
+
+def _median(values, label):
+    """(n,) the median of the values with each one's label"""
+    order = np.lexsort([values, label])
+    starts = np.flatnonzero(np.append(True, label[order][1:] != label[order][:-1]))
+    size = np.diff(np.append(starts, len(order)))
+    out = np.empty(len(values))
+    out[order] = np.repeat(values[order][starts + size // 2], size)
+    return out
+
+
+def _is_smooth(faces, a, b, source, shading):
+    """(k,) Whether shading goes on smoothly across the edges of corners a and b."""
+    turned = faces.corners[a] == faces.corners[b]
+    ends = ((a, np.where(turned, b, faces.next[b])), (faces.next[a], np.where(turned, faces.next[b], b)))
+    same = np.ones(len(a), bool)
+    for one, other in ends:
+        same &= np.linalg.norm(shading[source[one]] - shading[source[other]], axis=1) < SAME_SHADING
+    return same

@@ -1,0 +1,202 @@
+"""How long work runs: at once in scripts; in a window in slices, between which Blender handles input and draws."""
+
+import math
+import time
+import traceback
+
+from ..pdm_core import SceneError
+from ..pdm_core.foretell import seconds_to
+from ..pdm_core.signs_of_life import finish
+from .bake import Stage
+from .colour_attribute import BakeError
+from .edit_mode import object_mode
+from .report import percent
+
+CATEGORY = "Radiosity"  # tab of the sidebar
+TICK = 0.002  # s between timer events: hardly a wait between slices
+SLICE = 0.075  # s of work in each: with the step that ends it, input waits for less than .1 s
+DRAWING = 0.1  # share of the time that drawing the progress may take
+DRAWN = 0.2, 5.0  # s, least and most from one drawing to the next
+SMOOTHED = 0.2  # weight of the last wait between slices in their mean
+SOLVING = 0.9  # of the bar; the rest is reading and evaluating
+NAVIGATION = set("MOUSEMOVE MIDDLEMOUSE WHEELUPMOUSE WHEELDOWNMOUSE TRACKPADPAN TRACKPADZOOM MOUSEROTATE".split())
+CLICKS = {"LEFTMOUSE", "INBETWEEN_MOUSEMOVE"}
+CANCEL, KEEP = "CANCEL", "KEEP"
+
+
+class _Current:
+    """What runs in a window, one at a time. stage: the Stage it is at, None where nothing runs; history
+    [(seconds, error)]; wish: '', CANCEL or KEEP, what the user asks of it; slices: seconds that each took."""
+
+    def __init__(self):
+        self.stage = self.steps = self.timer = None
+        self.begin(None, None)
+        self.stage = None
+
+    def begin(self, steps, timer, target=0.0, can_keep=False):
+        self.steps, self.timer, self.target, self.can_keep = steps, timer, target, can_keep
+        self.stage = Stage("Reading the scene", 0.0, math.inf)
+        self.begun, self.history, self.wish, self.slices, self.fraction = time.perf_counter(), [], "", [], 0.0
+
+    def at(self, stage):
+        self.stage = stage
+        if stage.error < (self.history[-1][1] if self.history else math.inf):
+            self.history.append((self.elapsed(), stage.error))
+
+    def elapsed(self):
+        return time.perf_counter() - self.begun
+
+    def left(self):
+        """Seconds that solving may still take, None where nothing is known."""
+        whole = seconds_to(self.history, self.target) if self.target else None
+        return None if whole is None else max(whole - self.elapsed(), 0.0)
+
+    def done(self):
+        """0 to 1 for the bar, by the time it may take; never back."""
+        now = self.stage.fraction
+        if self.target:
+            left = self.left()
+            now = SOLVING * (0.0 if left is None else self.elapsed() / max(self.elapsed() + left, 1e-9))
+            if self.stage.text.startswith(("Evaluating", "Checking")):
+                now = SOLVING + (1 - SOLVING) * self.stage.fraction
+        self.fraction = max(self.fraction, min(now, 1.0))
+        return self.fraction
+
+    def can_be_kept(self):
+        """Whether there is a result that Keep the Best So Far could bake."""
+        return self.can_keep and self.stage is not None and math.isfinite(self.stage.error) and not self.wish
+
+
+current = _Current()
+
+
+class Idle:
+    """Mixed into operators that must wait for what runs."""
+
+    @classmethod
+    def poll(cls, context):
+        if current.stage is not None:
+            cls.poll_message_set("A bake is running")
+        return current.stage is None and context.scene is not None
+
+
+class Steps(Idle):
+    """Mixed into operators whose work is a generator of Stages. make_steps(context) is the generator, done(context,
+    result) reports what it returns."""
+
+    in_window = False  # started by a button
+    target = 0.0  # error towards which it works, 0 where there is no one such
+    can_keep = False  # whether current.wish KEEP ends it with what there is
+
+    def execute(self, context):
+        try:
+            with object_mode(context):
+                result = finish(self.make_steps(context))
+        except (BakeError, SceneError) as error:
+            return self.fail(error)
+        return self.done(context, result)
+
+    def invoke(self, context, event):
+        self.in_window, self.steps = True, self.make_steps(context)
+        self.stopped_at, self.draw_at, self.is_drawn = time.perf_counter(), 0.0, False
+        self.wait = 0.0
+        timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        current.begin(self.steps, timer, self.target, self.can_keep)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if current.steps is not self.steps:
+            return {"CANCELLED"}  # the add-on was disabled meanwhile
+        if event.type == "ESC" or current.wish == CANCEL:
+            current.wish = ""
+            return self.stopped(context)
+        if event.type != "TIMER":
+            # looking around and our own panels are allowed, editing the scene under the bake is not
+            allowed = event.type in NAVIGATION or (event.type in CLICKS and over_our_panels(context, event))
+            return {"PASS_THROUGH" if allowed else "RUNNING_MODAL"}
+        try:
+            self.advance(context)
+        except StopIteration as end:
+            self.cancel(context)
+            return self.done(context, end.value)
+        except (BakeError, SceneError) as error:
+            self.cancel(context)
+            return self.fail(error)
+        except Exception as error:
+            # raised further, Blender would go on calling a bake that is dead
+            self.cancel(context)
+            traceback.print_exc()
+            return self.fail(f"The bake failed, please report the console's text: {type(error).__name__}: {error}")
+        return {"RUNNING_MODAL"}
+
+    def advance(self, context):
+        """One slice of the work; StopIteration carries the result."""
+        start = time.perf_counter()
+        waited = start - self.stopped_at
+        if self.is_drawn:  # what was waited more than otherwise went into it
+            least, most = DRAWN
+            self.draw_at = start + min(max((waited - self.wait) / DRAWING, least), most)
+        else:
+            self.wait += SMOOTHED * (waited - self.wait)
+        while time.perf_counter() - start < SLICE:
+            current.at(next(self.steps))
+        self.stopped_at = time.perf_counter()
+        self.is_drawn = self.stopped_at >= self.draw_at
+        current.slices.append(self.stopped_at - start)
+        if self.is_drawn:
+            redraw_sidebars(context)
+            context.workspace.status_text_set(status())
+
+    def stopped(self, context):
+        """Esc was pressed."""
+        self.cancel(context)
+        self.report({"INFO"}, f"{self.bl_label} cancelled, nothing was changed")
+        return {"CANCELLED"}
+
+    def cancel(self, context):
+        """Also called by Blender, when the window closes or another file is loaded."""
+        stop_bake(context)
+        redraw_sidebars(context)
+
+    def fail(self, error):
+        self.report({"ERROR"}, str(error))
+        return {"CANCELLED"}
+
+
+def status():
+    """Where the work is, on one line."""
+    stage = current.stage
+    reached = f", error {percent(stage.error)}" if math.isfinite(stage.error) else ""
+    return f"{stage.text}: {100 * current.done():.0f} %{reached}, {current.elapsed():.0f} s.  Esc cancels"
+
+
+def stop_bake(context):
+    """Ends the work that runs in a window, if any: nothing of it is kept. Also when the add-on is disabled."""
+    if current.steps is not None:
+        current.steps.close()
+        context.window_manager.event_timer_remove(current.timer)
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+    current.stage = current.steps = current.timer = None
+
+
+def redraw_sidebars(context):
+    """Only the sidebar: a whole viewport takes longer to draw than a slice."""
+    for region in _sidebars(context.window_manager.windows):
+        region.tag_redraw()
+
+
+def over_our_panels(context, event):
+    """Whether the mouse is over a sidebar that shows our tab."""
+    return any(
+        region.x <= event.mouse_x < region.x + region.width
+        and region.y <= event.mouse_y < region.y + region.height
+        and region.active_panel_category == CATEGORY
+        for region in _sidebars([context.window])
+    )
+
+
+def _sidebars(windows):
+    areas = [area for window in windows for area in window.screen.areas if area.type == "VIEW_3D"]
+    return [region for area in areas for region in area.regions if region.type == "UI"]

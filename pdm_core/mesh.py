@@ -1,0 +1,263 @@
+"""Shapes that are neither flat nor round: triangles, as they are given, with shading normals at their corners.
+
+Whatever is given is taken: open, non-manifold, inside out, crossing itself. Only faces that no light can reach are left
+out, those without area and those that lie on an earlier one with the same corners.
+"""
+
+from functools import cached_property
+
+import numpy as np
+
+from .checked import SceneError, array
+from .coincident import REACHES
+from .ears import triangulated
+from .nearest import NearestTriangle
+from .scene import FLATTEST, Shape, square_lattice, unit
+
+
+class Mesh(Shape):
+    """vertices (n, 3) m; faces (f, 3), (f, 4) or a list of corner lists, their front the side from which they run
+    counter-clockwise.
+
+    smooth: whether faces are shaded smoothly, for all or for each (f,); or the shading normals, for each vertex (n, 3)
+    or for each corner of each face in turn (sum of corners, 3).
+
+    vertices (n, 3) m; triangles (t, 3): vertices of the triangles that faces are cut into; face_of (t,): their faces.
+    """
+
+    def __init__(self, vertices, faces, smooth=True):
+        self.vertices = array(vertices, "Mesh vertices")
+        if self.vertices.ndim != 2 or self.vertices.shape[1] != 3:
+            raise SceneError(f"Mesh vertices must have shape (n, 3), not {self.vertices.shape}")
+        self._start, self._corner = _corners_of(faces, len(self.vertices))
+        self.face_count = len(self._start) - 1
+        self._smooth, self._given_normals = self._shading(smooth)
+
+    def __repr__(self):
+        return f"Mesh of {len(self.vertices)} vertices and {self.face_count} faces"
+
+    def _shading(self, smooth):
+        """Whether faces (f,) are smooth, and normals of each corner (sum of corners, 3) where they are given."""
+        if np.asarray(smooth).dtype == bool:
+            smooth = np.asarray(smooth)
+            if smooth.shape in ((), (self.face_count,)):
+                return np.broadcast_to(smooth, self.face_count), None
+        else:
+            smooth = array(smooth, "Mesh smooth")
+            if smooth.shape in (self.vertices.shape, (len(self._corner), 3)):
+                normals = smooth if smooth.shape != self.vertices.shape else smooth[self._corner]
+                return np.ones(self.face_count, bool), normals
+        raise SceneError(
+            f"Mesh smooth is of shape {smooth.shape}; give True, False, one of them for each of {self.face_count} "
+            f"faces, or a normal for each of {len(self.vertices)} vertices or {len(self._corner)} corners"
+        )
+
+    @cached_property
+    def _cut(self):
+        """(t, 3) corners, as indices into the corners of all faces in turn, of the triangles with an area."""
+        corners = _triangles_of(self.vertices, self._start, self._corner)
+        p, q, r = np.moveaxis(self.vertices[self._corner[corners]], 1, 0)
+        longest = np.max([((a - b) ** 2).sum(axis=1) for a, b in ((p, q), (q, r), (r, p))], axis=0)
+        area = np.linalg.norm(np.cross(q - p, r - p), axis=1)
+        corners = corners[area > FLATTEST * longest]
+        # vertices at one place are one here: doubled faces need not share them, nor begin with the same one
+        place = np.unique(self.vertices, axis=0, return_inverse=True)[1].ravel()
+        name = np.random.default_rng(0).integers(2**63, size=len(place), dtype=np.uint64)[place[self._corner]]
+        key = np.add.reduceat(name, self._start[:-1])
+        first = np.unique(key, return_index=True)[1]
+        return corners[np.isin(np.searchsorted(self._start, corners[:, 0], side="right") - 1, first)]
+
+    @cached_property
+    def triangles(self):
+        return self._corner[self._cut]
+
+    @cached_property
+    def face_of(self):
+        return np.searchsorted(self._start, self._cut[:, 0], side="right") - 1
+
+    @cached_property
+    def left_out(self):
+        """(k,) Faces that have no triangle: without area, or on an earlier one with the same corners."""
+        return np.setdiff1d(np.arange(self.face_count), self.face_of)
+
+    @cached_property
+    def _points(self):
+        """(t, 3, 3) m, corners of the triangles."""
+        return self.vertices[self.triangles]
+
+    @cached_property
+    def _area_vectors(self):
+        """(t, 3) m^2"""
+        p, q, r = np.moveaxis(self._points, 1, 0)
+        return np.cross(q - p, r - p) / 2
+
+    @cached_property
+    def triangle_normals(self):
+        """(t, 3) unit normals of the front."""
+        return unit(self._area_vectors)
+
+    @cached_property
+    def areas(self):
+        """(t,) m^2"""
+        return np.linalg.norm(self._area_vectors, axis=1)
+
+    @cached_property
+    def area(self):
+        """m^2"""
+        return float(self.areas.sum())
+
+    @cached_property
+    def corner_normals(self):
+        """(t, 3, 3) unit shading normals: those given, else of smooth faces the mean over the smooth faces around each
+        vertex by their angles there, and of flat ones their own."""
+        own = np.repeat(self.triangle_normals[:, None], 3, axis=1)
+        if self._given_normals is not None:
+            normals = unit(self._given_normals[self._cut])
+        else:
+            smooth = self._smooth[self.face_of]
+            around = np.zeros((len(self.vertices), 3))
+            angle = _angles(self._points[smooth])
+            for k in range(3):
+                weighted = angle[:, k, None] * own[smooth, k]
+                for axis in range(3):
+                    around[:, axis] += np.bincount(
+                        self.triangles[smooth, k], weighted[:, axis], minlength=len(self.vertices)
+                    )
+            # where the faces around a vertex look every way it has no normal
+            around[np.linalg.norm(around, axis=1) < FLATTEST] = 0.0
+            normals = np.where(smooth[:, None, None], unit(around)[self.triangles], own)
+        return np.where(normals.any(axis=2, keepdims=True), normals, own)
+
+    @cached_property
+    def bounds(self):
+        """Centre (3,) m, of the box, and radius of a sphere around the shape."""
+        used = self.vertices[np.unique(self.triangles)]
+        centre = (used.min(axis=0) + used.max(axis=0)) / 2
+        return centre, float(np.linalg.norm(used - centre, axis=1).max())
+
+    @cached_property
+    def marks(self):
+        """(12,) m; the same of the same shape."""
+        middle = self._points.mean(axis=1)
+        centre = self.areas @ middle / self.area
+        offset = self._points - centre
+        spread = np.sqrt(self.areas @ ((middle - centre) ** 2).sum(axis=1) / self.area)
+        volume = np.einsum("ti,ti->", self._area_vectors, offset[:, 0]) / 3
+        front = self._area_vectors.sum(axis=0) / np.sqrt(self.area) + volume / self.area * np.array([0.3, 0.5, 0.8])
+        reach = np.abs(offset.reshape(-1, 3) @ REACHES.T).max(axis=0)
+        return np.concatenate([centre, front, reach + spread])
+
+    @cached_property
+    def thickness(self):
+        """m; the area over the extent: of a wire about its girth."""
+        return self.area / (2 * self.bounds[1])
+
+    @cached_property
+    def _tree(self):
+        return NearestTriangle(self._points)
+
+    def nearest(self, points):
+        """points (n, 3) -> nearest triangle (n,), barycentric coordinates (n, 3) of the nearest point on it."""
+        return self._tree.find(np.asarray(points, float))
+
+    def project(self, points):
+        """points (n, 3) -> nearest points (n, 3) on the shape."""
+        triangle, weights = self.nearest(points)
+        return np.einsum("nk,nki->ni", weights, self._points[triangle])
+
+    def normals(self, points):
+        """Unit shading normals (n, 3) of the front at points (n, 3); their faces' own where those cancel."""
+        triangle, weights = self.nearest(points)
+        normals = np.einsum("nk,nki->ni", weights, self.corner_normals[triangle])
+        cancel = np.linalg.norm(normals, axis=1) < FLATTEST
+        normals[cancel] = self.triangle_normals[triangle[cancel]]
+        return unit(normals)
+
+    def spread(self, count):
+        """Points (count, 3) m spread evenly over the area."""
+        ends = np.cumsum(self.areas[self._tree.order])  # neighbours follow each other
+        s, t = square_lattice(count).T
+        k = np.minimum(np.searchsorted(ends, s * ends[-1], side="right"), len(ends) - 1)
+        s = np.clip((s * ends[-1] - ends[k]) / self.areas[self._tree.order[k]] + 1, 0.0, 1.0)
+        s, t = np.sqrt(s)[:, None], t[:, None]
+        p, q, r = np.moveaxis(self._points[self._tree.order[k]], 1, 0)
+        return (1 - s) * p + s * ((1 - t) * q + t * r)
+
+    def problem(self):
+        """What is wrong with the shape, as a sentence, or None."""
+        if not np.isfinite(self.vertices[self._corner]).all():
+            return "its coordinates are not finite; apply a valid transform"
+        if self._given_normals is not None and not np.isfinite(self._given_normals).all():
+            return "its normals are not finite; clear them or give others"
+        if not len(self.triangles):
+            return "it has no area; give it faces or remove it"
+        return None
+
+
+def _corners_of(faces, count):
+    """faces -> where each begins (f + 1,) in the list of all their corners, vertices (sum of corners,)."""
+    try:
+        sizes = np.fromiter((len(face) for face in faces), int)
+        if isinstance(faces, np.ndarray) and faces.dtype != object:
+            corner = array(faces, "Mesh faces").ravel()
+        else:
+            corner = array([k for face in faces for k in face], "Mesh faces")
+    except TypeError:
+        raise SceneError(f"Mesh faces are {faces!r}; give (f, 3) or a list of corner lists") from None
+    if not len(sizes) or sizes.min() < 3:
+        raise SceneError("Mesh faces must be at least one, of at least 3 corners each")
+    if not ((corner == np.floor(corner)) & (corner >= 0) & (corner < count)).all():
+        raise SceneError(f"Mesh faces have corners that are no vertex; use indices from 0 to {count - 1}")
+    return np.concatenate([[0], np.cumsum(sizes)]), corner.astype(int)
+
+
+def _triangles_of(vertices, start, corner):
+    """(t, 3) indices into the corners, by face: fans of convex faces, ears of others."""
+    sizes = np.diff(start)
+    parts, face = [], []
+    for size in np.unique(sizes):
+        faces = np.flatnonzero(sizes == size)
+        index = start[faces, None] + np.arange(size)
+        points = vertices[corner[index]]
+        fan = np.stack([np.zeros(size - 2, int), np.arange(1, size - 1), np.arange(2, size)], axis=1)
+        cut = np.broadcast_to(fan, (len(faces), *fan.shape)).copy()
+        if size > 3:
+            convex = _fans(points, fan)
+            if size == 4:
+                other = np.array([[0, 1, 3], [1, 2, 3]])
+                cut[~convex & _fans(points, other)] = other
+            else:
+                for k in np.flatnonzero(~convex):
+                    ears = _ears(points[k])
+                    cut[k] = 0
+                    cut[k, : len(ears)] = ears
+        parts.append((start[faces, None, None] + cut).reshape(-1, 3))
+        face.append(np.repeat(faces, size - 2))
+    return np.concatenate(parts)[np.argsort(np.concatenate(face), kind="stable")]
+
+
+def _fans(points, triangles):
+    """Whether triangles (k, 3) of the corners of faces (f, c, 3) all look the way of their face -> (f,)"""
+    p = points - points.mean(axis=1, keepdims=True)
+    normal = np.cross(p, np.roll(p, -1, axis=1)).sum(axis=1)
+    a, b, c = np.moveaxis(p[:, triangles], 2, 0)
+    area = np.einsum("fki,fi->fk", np.cross(b - a, c - a), normal)
+    return (area > FLATTEST * (normal**2).sum(axis=1)[:, None]).all(axis=1)
+
+
+def _ears(points):
+    """(t, 3) triangles of one face of any outline, corners (k, 3) m."""
+    p = points - points.mean(axis=0)
+    normal = np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0)
+    e = p[np.argmax((p * p).sum(axis=1))]
+    e = unit(e - e @ normal * normal / max(normal @ normal, 1e-300))
+    frame = np.stack([e, np.cross(unit(normal), e)])
+    if not (normal.any() and e.any() and np.isfinite(p).all()):
+        return np.zeros((0, 3), int)
+    return triangulated([p @ frame.T])
+
+
+def _angles(points):
+    """(t, 3) angles at the corners of triangles (t, 3, 3)."""
+    to, back = np.roll(points, -1, axis=1) - points, np.roll(points, 1, axis=1) - points
+    return np.arctan2(np.linalg.norm(np.cross(to, back), axis=2), (to * back).sum(axis=2))

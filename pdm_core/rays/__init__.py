@@ -1,0 +1,1 @@
+"""Light by bundles of parallel rays: scenes of many shapes, polygons, meshes, lights and surfaces that vary."""

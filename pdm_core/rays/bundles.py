@@ -1,0 +1,321 @@
+"""Bundles: rays of all receivers along one direction are parallel, so that the scene is projected along it once.
+
+The shapes' boxes go into a grid in the plane, whose lines are quantiles of the receivers, and each receiver tests the
+shapes over its own cell. Towards a point of a lamp the same projection is perspective. No tree, no traversal.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+PER_CELL = 2.0  # receivers
+CELLS = 250  # along each axis at most: their product fits the sixteen bits that are sorted fast
+SAMPLED = 4096  # receivers whose places tell the quantiles
+CANDIDATES = 1 << 15  # pairs tested at once
+EDGE = 1e-9  # of a facet: how far beside it a ray still meets it, lest one slip between two
+FAR = 1e-9  # part of its distance that a lamp's point is nearer than
+
+
+@dataclass
+class Receivers:
+    """points, normals (n, 3) m about the facets' centre; own (n,): the shape that is not met, or -1; start (n,) m: the
+    distance from which on shapes are met, negative where those in contact are; inside (n,): whether within own ball,
+    whose far side is met all the same."""
+
+    points: np.ndarray
+    normals: np.ndarray
+    own: np.ndarray
+    start: np.ndarray
+    inside: np.ndarray
+
+    def __len__(self):
+        return len(self.points)
+
+    def take(self, index):
+        """Those of the index."""
+        return Receivers(*(a[index] for a in (self.points, self.normals, self.own, self.start, self.inside)))
+
+
+@dataclass
+class Hits:
+    """What rays meet: facet (n,), balls counted after facets, -1 where nothing; at (n, 2): (s, t) on it, of a ball its
+    chart position; front (n,): whether they meet its front."""
+
+    facet: np.ndarray
+    at: np.ndarray
+    front: np.ndarray
+
+
+def along(facets, direction, receivers):
+    """Hits of rays from receivers along the unit direction, or against it where their normal looks that way."""
+    e1, e2 = _frame(direction)
+    plane = np.stack([e1, e2, direction])
+    x, y, z = plane @ receivers.points.T
+    sign = np.where(receivers.normals @ direction >= 0, 1.0, -1.0)
+    affine, low, high = _affine(facets, plane)
+    ball = _ball_boxes(facets, plane)
+    low, high = np.concatenate([low, ball[0]], axis=1), np.concatenate([high, ball[1]], axis=1)
+    n, m = len(x), facets.count
+    nearest, shape = np.full(n, -1), facets.shape
+    for who, which in _pairs(x, y, low, high):
+        depth = np.full(len(who), np.inf)
+        flat = np.flatnonzero(which < m)
+        r, k = who[flat], which[flat]
+        inside = _within(affine, k, x.take(r), y.take(r), facets.triangle)
+        flat, r, k = flat[inside], r[inside], k[inside]
+        a = affine[2].take(k, axis=1)
+        d = sign.take(r) * (a[0] + a[1] * x.take(r) + a[2] * y.take(r) - z.take(r))
+        met = (d > receivers.start.take(r)) & (receivers.own.take(r) != shape.take(k))
+        depth[flat[met]] = d[met]
+        round_ = np.flatnonzero(which >= m)
+        if len(round_):
+            r, k = who[round_], which[round_]
+            depth[round_] = _ball_depth(facets, k - m, r, sign[r, None] * direction, receivers)
+        first = np.flatnonzero(np.diff(who, prepend=-1))
+        best = np.minimum.reduceat(depth, first)
+        length = np.diff(first, append=len(who))
+        hit = np.flatnonzero((depth == np.repeat(best, length)) & (depth < np.inf))
+        nearest[who[hit]] = which[hit]
+    return _described(facets, nearest, affine, x, y, sign[:, None] * direction, receivers)
+
+
+def _described(facets, nearest, affine, x, y, direction, receivers):
+    """The Hits of the nearest facets and balls (n,), of rays along direction (n, 3)."""
+    n, m = len(nearest), facets.count
+    at, front = np.zeros((n, 2), np.float32), np.zeros(n, bool)
+    r = np.flatnonzero((nearest >= 0) & (nearest < m))
+    k = nearest[r]
+    for axis in range(2):
+        a = affine[axis].take(k, axis=1)
+        at[r, axis] = np.clip(a[0] + a[1] * x.take(r) + a[2] * y.take(r), 0.0, 1.0)
+    front[r] = np.einsum("ni,ni->n", direction.take(r, axis=0), facets.normal.take(k, axis=0)) < 0
+    r = np.flatnonzero(nearest >= m)
+    if len(r):
+        k = nearest[r] - m
+        depth = _ball_depth(facets, k, r, direction[r], receivers)
+        place = receivers.points[r] + depth[:, None] * direction[r]
+        local = np.einsum("nij,nj->ni", facets.ball_inverse[k], place - facets.ball_centre[k])
+        at[r] = ball_chart(local)
+        out = np.einsum("nji,nj->ni", facets.ball_inverse[k], local)
+        front[r] = np.einsum("ni,ni->n", direction[r], out) < 0
+    return Hits(nearest, at, front)
+
+
+def ball_chart(local):
+    """Directions (n, 3) in a ball's own space -> chart positions (n, 2) in [0, 1]: turn about its axis, polar angle."""
+    turn = np.arctan2(local[:, 1], local[:, 0]) / (2 * np.pi) % 1.0
+    polar = np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2]) / np.pi
+    return np.column_stack([turn, polar])
+
+
+def ball_place(at):
+    """Chart positions (n, 2) -> unit directions (n, 3) in the ball's own space."""
+    turn, polar = 2 * np.pi * at[:, 0], np.pi * at[:, 1]
+    ring = np.sin(polar)
+    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), np.cos(polar)])
+
+
+def seen_from(facets, centre, receivers, skip=-1):
+    """(n,) Whether nothing stands between receivers and a point, centre (3,) m; skip: a shape that hides nothing."""
+    out = np.ones(len(receivers), bool)
+    offset = receivers.points - centre
+    size = np.abs(offset)
+    axis = size.argmax(axis=1)
+    positive = offset[np.arange(len(offset)), axis] > 0
+    for a in range(3):
+        for sign in (1.0, -1.0):
+            some = np.flatnonzero((axis == a) & (positive == (sign > 0)))
+            if len(some):
+                plane = np.zeros((3, 3))
+                plane[0, (a + 1) % 3] = plane[1, (a + 2) % 3] = 1.0
+                plane[2, a] = sign
+                out[some] = _seen_through(facets, centre, plane, receivers.take(some), skip)
+    return out
+
+
+def _seen_through(facets, centre, plane, receivers, skip):
+    """As seen_from, of receivers before one face of a cube about the centre: plane (3, 3), its axes."""
+    a, b, c = plane @ (receivers.points - centre).T
+    x, y = a / c, b / c
+    inverse, low, high = _projective(facets, centre, plane)
+    m, shape = facets.count, facets.shape
+    wanted = np.append(shape[:m] != skip, shape[m:] != skip)
+    ball = _ball_cones(facets, centre, plane)
+    low, high = np.concatenate([low, ball[0]], axis=1), np.concatenate([high, ball[1]], axis=1)
+    low[:, ~wanted] = np.inf
+    length = np.sqrt(1 + x * x + y * y)
+    # what ends before the receiver by as much as it keeps from its own surface hides it
+    limit = 1 / np.maximum(c - np.maximum(receivers.start, 0.0) / length, 1e-300)
+    out = np.ones(len(x), bool)
+    for who, which in _pairs(x, y, low, high):
+        flat = np.flatnonzero(which < m)
+        r, k = who[flat], which[flat]
+        xr, yr = x.take(r), y.take(r)
+        rows = [row.take(k, axis=1) for row in inverse]
+        s, t, w = (row[0] * xr + row[1] * yr + row[2] for row in rows)
+        slack = EDGE * np.abs(w)
+        met = (s >= -slack) & (t >= -slack) & (np.where(facets.triangle.take(k), s + t, np.maximum(s, t)) <= w + slack)
+        met &= (w > limit.take(r) * (1 + FAR)) & (receivers.own.take(r) != shape.take(k))
+        out[r[met]] = False
+        round_ = np.flatnonzero(which >= m)
+        if len(round_):
+            r, k = who[round_], which[round_] - m
+            out[r[_ball_between(facets, k, centre, receivers, r)]] = False
+    return out
+
+
+def _ball_between(facets, k, centre, receivers, r):
+    """(p,) Whether balls k (p,) hide the centre from receivers r (p,)."""
+    inverse = facets.ball_inverse[k]
+    p = np.einsum("pij,pj->pi", inverse, receivers.points[r] - facets.ball_centre[k])
+    d = np.einsum("pij,pj->pi", inverse, centre - receivers.points[r])
+    a, b, c = (np.einsum("pi,pi->p", *pair) for pair in ((d, d), (p, d), (p, p)))
+    reach = b * b - a * (c - 1)
+    root = np.sqrt(np.maximum(reach, 0.0))
+    near, far = (-b - root) / a, (-b + root) / a
+    own = receivers.own[r] == facets.shape[facets.count + k]
+    eps = FAR + receivers.start[r] / np.maximum(np.linalg.norm(centre - receivers.points[r], axis=1), 1e-300)
+    through = [(v > np.maximum(eps, FAR)) & (v < 1 - FAR) for v in (near, far)]
+    return (reach > 0) & ~own & (through[0] | through[1])
+
+
+def _frame(direction):
+    seed = np.zeros(3)
+    seed[np.argmin(np.abs(direction))] = 1.0
+    e1 = np.cross(seed, direction)
+    e1 /= np.linalg.norm(e1)
+    return e1, np.cross(direction, e1)
+
+
+def _affine(facets, plane):
+    """Of facets projected along plane[2]: s, t and depth, each (3, m) times (1, x, y), and boxes low, high (2, m)."""
+    o, u, v = (plane @ a.T for a in (facets.origin, facets.u, facets.v))
+    det = u[0] * v[1] - u[1] * v[0]
+    seen = np.abs(det) > 1e-12 * (np.abs(u).sum(axis=0) * np.abs(v).sum(axis=0))
+    scale = 1 / np.where(seen, det, np.inf)
+    s = np.stack([(v[0] * o[1] - v[1] * o[0]) * scale, v[1] * scale, -v[0] * scale])
+    t = np.stack([(u[1] * o[0] - u[0] * o[1]) * scale, -u[1] * scale, u[0] * scale])
+    depth = s * u[2] + t * v[2]
+    depth[0] += o[2]
+    corners = np.stack([o[:2], o[:2] + u[:2], o[:2] + v[:2], o[:2] + u[:2] + np.where(facets.triangle, 0.0, v[:2])])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    low[:, ~seen] = np.inf
+    return (s, t, depth), low, high
+
+
+def _within(affine, k, x, y, triangle):
+    """(p,) indices of those of facets k (p,) that rays at x, y (p,) meet."""
+    a = affine[0].take(k, axis=1)
+    s = a[0] + a[1] * x + a[2] * y
+    keep = np.flatnonzero((s >= -EDGE) & (s <= 1 + EDGE))
+    a, s = affine[1].take(k.take(keep), axis=1), s.take(keep)
+    t = a[0] + a[1] * x.take(keep) + a[2] * y.take(keep)
+    most = np.where(triangle.take(k.take(keep)), 1 - s, 1.0)
+    return keep[(t >= -EDGE) & (t <= most + EDGE)]
+
+
+def _projective(facets, centre, plane):
+    """Of facets seen from the centre: rows (3 times (3, m)) that take (x, y, 1) to s / depth, t / depth, 1 / depth, and
+    boxes low, high (2, m) of what lies before it."""
+    o, u, v = (plane @ a.T for a in (facets.origin - centre, facets.u, facets.v))
+    uv, vo, ou = (np.cross(a, b, axis=0) for a, b in ((u, v), (v, o), (o, u)))
+    det = np.einsum("im,im->m", o, uv)
+    size = np.linalg.norm(uv, axis=0)
+    seen = np.abs(det) > 1e-12 * size * np.linalg.norm(o, axis=0)
+    scale = 1 / np.where(seen, det, np.inf)
+    corners = [o, o + u, o + u + np.where(facets.triangle, 0.0, v), o + v]
+    corners = np.stack(corners, axis=1)  # (3, 4, m)
+    least = 1e-9 * np.abs(corners).max()
+    after = np.roll(corners, -1, axis=1)
+    part = (least - corners[2]) / np.where(after[2] == corners[2], np.inf, after[2] - corners[2])
+    crossing = (corners[2] < least) != (after[2] < least)
+    cut = corners + part * (after - corners)
+    points = np.concatenate([corners, cut], axis=1)
+    there = np.concatenate([corners[2] >= least, crossing], axis=0)
+    flat = points[:2] / np.maximum(points[2], least)
+    low = np.where(there, flat, np.inf).min(axis=1)
+    high = np.where(there, flat, -np.inf).max(axis=1)
+    low[:, ~seen] = np.inf
+    return (vo * scale, ou * scale, uv * scale), low, high
+
+
+def _ball_boxes(facets, plane):
+    """Boxes low, high (2, b) of balls projected along plane[2]."""
+    middle = plane[:2] @ facets.ball_centre.T
+    reach = np.linalg.norm(np.einsum("ai,bij->abj", plane[:2], facets.ball_linear), axis=2)
+    return middle - reach, middle + reach
+
+
+def _ball_cones(facets, centre, plane):
+    """Boxes low, high (2, b) of balls seen from the centre; all, where the box about one is not before it."""
+    middle = plane @ (facets.ball_centre - centre).T
+    reach = np.linalg.norm(np.einsum("ai,bij->abj", plane, facets.ball_linear), axis=2)
+    near = middle[2] - reach[2]
+    ahead = near > 0
+    ends = [(middle[:2] + k * reach[:2]) for k in (-1, 1)]
+    over = [end / np.where(ahead, d, 1.0) for end in ends for d in (near, middle[2] + reach[2])]
+    low, high = np.minimum.reduce(over), np.maximum.reduce(over)
+    low, high = np.where(ahead, low, -np.inf), np.where(ahead, high, np.inf)
+    low[:, middle[2] + reach[2] <= 0] = np.inf
+    return low, high
+
+
+def _ball_depth(facets, k, r, direction, receivers):
+    """Distances (p,) m at which rays of receivers r (p,) along direction (p, 3) meet balls k (p,), inf where not."""
+    inverse = facets.ball_inverse[k]
+    p = np.einsum("pij,pj->pi", inverse, receivers.points[r] - facets.ball_centre[k])
+    d = np.einsum("pij,pj->pi", inverse, direction)
+    a, b, c = (np.einsum("pi,pi->p", *pair) for pair in ((d, d), (p, d), (p, p)))
+    reach = b * b - a * (c - 1)
+    root = np.sqrt(np.maximum(reach, 0.0))
+    start = receivers.start[r]
+    own = receivers.own[r] == facets.shape[facets.count + k]
+    near, far = (-b - root) / a, (-b + root) / a
+    least = np.maximum(np.abs(start), FAR)  # from within, the wall at hand is not met
+    inside = own & receivers.inside[r]
+    depth = np.where((near > start) & ~own, near, np.where((far > least) & (c < 1) | inside, far, np.inf))
+    depth[(reach <= 0) | (own & ~inside)] = np.inf
+    return depth
+
+
+def _pairs(x, y, low, high):
+    """Yields (receiver, shape) (p,) index arrays, sorted by cell and receiver: shapes whose boxes low, high (2, m) may
+    hold the receivers' places x, y (n,)."""
+    n = len(x)
+    side = int(np.clip(np.sqrt(n / PER_CELL), 1, CELLS))
+    lines = [_quantiles(a, side) for a in (x, y)]
+    cell = np.searchsorted(lines[0], x, "right") * side + np.searchsorted(lines[1], y, "right")
+    cell = cell.astype(np.uint16)
+    order = np.argsort(cell, kind="stable")
+    first = np.stack([np.searchsorted(line, a, "left") for line, a in zip(lines, low)])
+    last = np.stack([np.searchsorted(line, a, "right") for line, a in zip(lines, high)])
+    bounds = [(a.min(), a.max()) for a in (x, y)]
+    over = (high[0] >= bounds[0][0]) & (low[0] <= bounds[0][1]) & (high[1] >= bounds[1][0]) & (low[1] <= bounds[1][1])
+    shape = np.flatnonzero(over & (low <= high).all(axis=0))
+    first, wide = first[:, shape], (last - first + 1)[:, shape]
+    count = wide.prod(axis=0)
+    entry = np.repeat(np.arange(len(shape)), count)
+    step = np.arange(len(entry)) - np.repeat(np.cumsum(count) - count, count)
+    column, row = np.divmod(step, wide[1].take(entry))
+    place = ((first[0].take(entry) + column) * side + first[1].take(entry) + row).astype(np.uint16)
+    sorted_ = np.argsort(place, kind="stable")
+    shape = shape.take(entry.take(sorted_))
+    number = np.bincount(place, minlength=side * side)
+    start = np.cumsum(number) - number
+    own = cell.take(order)
+    each = number.take(own)
+    ends = np.cumsum(each)
+    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1] if n else 0, CANDIDATES)))
+    for a, b in zip(cuts, np.append(cuts[1:], n)):
+        some = each[a:b]
+        total = int(some.sum())
+        if total:
+            who = np.repeat(order[a:b], some)
+            base = start.take(own[a:b]) - (np.cumsum(some) - some)
+            yield who, shape.take(np.arange(total) + np.repeat(base, some))
+
+
+def _quantiles(values, count):
+    """(count - 1,) lines that part the values into about equal numbers."""
+    some = np.sort(values[:: max(1, len(values) // SAMPLED)])
+    return some[(np.arange(1, count) * len(some)) // count]

@@ -1,0 +1,311 @@
+"""Radiosity by rays: direct light by shares of sources, indirect light and the sky by fixed bundles, to a stated error.
+
+E = D + S + A (rho E): D from sources, S from the sky, A the rows of hits over the nodes. Where colours are read, D is
+worked out anew and A (rho E) gathered anew, by as many directions as the error there asks for.
+"""
+
+import time
+from collections import Counter
+
+import numpy as np
+
+from ..numerics import gmres
+from ..plan import RAY_MEMORY
+from .direct import AT_NODES, COARSE, READ, Shares
+from .facets import Facets
+from .nodes import FINEST, Nodes
+from .placed import Placed
+from .rows import Gathered, Traced, directions
+from .sources import relit, sources_of
+
+RAYS, MOST_RAYS = 64, 4096  # directions of a node, of a point where colours are read: at first, at most
+POWER = 0.72  # the error of n directions falls as n to this
+HALF = 0.62  # error of all rays, of what half of them differ from all: every second one is spread less evenly
+SAFETY = 1.9  # of what halves and surpluses tell to what is stated
+CHECKED = 256  # points where the error is found
+SOLVED = 0.02  # relative residual of the linear system, of the target
+STEPS = 60  # of the solver at most
+TOLD = 0.35  # of the target: the part that direct light's shares may cost
+AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
+SHARES = {"rays": 0.5, "nodes": 0.4, "sent": 0.75}  # of the error that is left, each part's at most
+REACHED = 0.95  # of the target: what is worked towards
+STEP = 32  # of directions where colours are read
+SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
+DIM = 0.05  # of the mean light: what is darker need not be right to its own
+CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
+HALVED = 0.6  # of the error of cells, what halves of them leave
+KEPT_WHOLE = 0.02  # of the square of the error: cells that make no more are not halved
+CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
+
+
+class RayState:
+    """Everything a solution by rays grows from."""
+
+    def __init__(self, scene, target_error):
+        self.scene, self.target, self.started = scene, target_error, time.perf_counter()
+        self.counts, self.history, self.parts = Counter(), [], {}
+        self.facets = Facets(scene)
+        self.by_rays = (scene.emission > 0).any(axis=1) & np.array([s.is_inside for s in scene.surfaces])
+        self.reflects = (scene.reflectance > 0).any(axis=1)
+        self.sources = sources_of(self.facets, self.by_rays)
+        self.shares = Shares(self.facets, self.sources, self.counts)
+        self.nodes = Nodes(self.facets, self.reflects | self.by_rays)
+        self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
+        self.factor = np.zeros((0, len(self.sources), 3), np.float32)
+        self.spread = np.zeros(0)  # of the direct light within each node's cell
+        self.traced = Traced(0, directions(RAYS))
+        self.read = RAYS  # directions where colours are read
+        self.error, self.level = float("inf"), 0.0
+        self.looked = self.looked_rays = None
+
+    def elapsed(self):
+        """s since the beginning"""
+        return time.perf_counter() - self.started
+
+    # -- geometry ------------------------------------------------------------------------------------------------
+
+    def extend(self, old):
+        """Rays and direct light of the nodes that old (n,) does not know, -1; yields."""
+        n, new = len(self.nodes), np.flatnonzero(old < 0)
+        factor = np.zeros((n, len(self.sources), 3), np.float32)
+        factor[old >= 0] = self.factor[old[old >= 0]]
+        self.factor, self.traced = factor, self.traced.moved(n, old)
+        yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(new, j), new)
+        self.counts["rays"] += len(new) * len(self.traced.directions)
+        lit = self.nodes.lit_places(new)
+        tolerance = np.full(len(lit), AT_NODES_TOLD * self.target * self.scale())
+        each = (yield from self.shares.at(lit, tolerance, AT_NODES))[0]
+        each = each.reshape(len(new), -1, *each.shape[1:])
+        self.factor[new] = each.mean(axis=1)
+        spread = np.full(n, 0.0)
+        spread[old >= 0] = self.spread[old[old >= 0]]
+        spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
+        self.spread = spread
+        self.link()
+
+    def scale(self):
+        """Irradiance / pi that tolerances refer to: before any is known, the sources' own over the scene."""
+        if self.level > 0:
+            return self.level
+        whole = self.scene.background.max()
+        centre = self.facets.centre + np.zeros((1, 3))
+        for source in self.sources:
+            faces = np.concatenate([np.eye(3), -np.eye(3)])
+            whole = max(whole, source.unoccluded(np.repeat(centre, 6, axis=0), faces).max() * source.colour.max())
+        return whole / 4
+
+    def link(self):
+        """The rows of all nodes, and their own light: direct, and what they send whatever they receive."""
+        self.rows = Gathered(self.traced, self.nodes, self.scene)
+        self.direct = np.einsum("nkc,kc->nc", self.factor, self.light)
+        own = self.nodes.surface
+        self.shining = np.where(self.by_rays[own, None], self.scene.emission[own], 0.0)
+
+    # -- solving -------------------------------------------------------------------------------------------------
+
+    def solve(self):
+        """E at the nodes, and what they send on; yields."""
+        rho = self.nodes.reflectance
+        outer = self.direct + self.rows.sky
+        right = self.rows.times(rho * outer + self.shining)
+        guess = right.copy()
+        indirect, steps, left = yield from gmres(
+            lambda v: self.rows.times(rho * v), right, guess, SOLVED * self.target, STEPS
+        )
+        self.counts["iterations"] += steps
+        self.received = outer + indirect
+        self.sent = rho * self.received + self.shining
+        weight, reflected = self.nodes.weight, rho * self.received
+        square = np.bincount(self.nodes.surface, weight * (reflected**2).sum(axis=1), len(self.scene))
+        self.surface_norms = np.sqrt(square)
+        self.norm = float(np.sqrt(square.sum()))
+        # of each surface: the square of the error that counts as all, were it as large everywhere
+        areas, reflecting = self.scene.areas, max(self.scene.areas[self.reflects].sum(), 1e-300)
+        mean = np.maximum(square / areas, DIM**2 * self.norm**2 / reflecting)
+        self.own_square = mean * reflecting
+        area = self.scene.areas[self.reflects].sum()
+        self.level = self.norm / max(np.sqrt(area), 1e-300) / max(rho.max(initial=0.0), 1e-3)
+        once = (weight[:, None] * rho * outer).sum()
+        self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
+        self.left = left * self.gain
+
+    # -- reading -------------------------------------------------------------------------------------------------
+
+    def gather(self, receivers, count):
+        """Indirect light and the sky's at receivers by `count` directions -> (n, 3), and what half of them tell less
+        (n, 3); yields."""
+        n, nodes, scene = len(receivers), self.nodes, self.scene
+        total, weight = np.zeros((2, n, 3)), np.zeros((2, n))
+        sent = self.sent.astype(np.float32)
+        one = Traced(n, directions(1))
+        for j, direction in enumerate(directions(count)):
+            one.directions = direction[None]
+            yield from one.trace(self.facets, lambda _: receivers, np.arange(n))
+            cosine = np.abs(one.cosine[:, 0])
+            hit = np.flatnonzero(one.code[:, 0] >= 0)
+            code = one.code[hit, 0]
+            node, basis = nodes.columns(code >> 1, one.at[hit, 0], (code & 1) == 0)
+            value = np.einsum("hk,hkc->hc", basis, sent.take(node, axis=0))
+            total[j % 2, hit] += cosine[hit, None] * value
+            missed = np.flatnonzero(one.code[:, 0] < 0)
+            if len(missed) and (scene.sky is not None or scene.background.any()):
+                sky = scene.sky_at(np.stack([direction, -direction]))
+                total[j % 2, missed] += cosine[missed, None] * sky[(one.cosine[missed, 0] < 0).astype(int)]
+            weight[j % 2] += cosine
+        self.counts["rays"] += n * count
+        a, b = total / np.maximum(weight, 1e-300)[..., None]
+        return total.sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None], (a - b) / 2
+
+    def incident(self, receivers):
+        """Irradiance / pi (n, 3) at receivers, and how far its direct part (n,) and the rest (n, 3) may be off; yields."""
+        tolerance = np.full(len(receivers), TOLD * self.target * self.level)
+        points = READ[self.target > COARSE]
+        factor, off = yield from self.shares.at(receivers, tolerance, points)
+        rest, unsure = yield from self.gather(receivers, self.read)
+        return np.einsum("nkc,kc->nc", factor, self.light) + rest, off, HALF * unsure
+
+    # -- error ---------------------------------------------------------------------------------------------------
+
+    def check(self):
+        """The error and its parts; yields."""
+        nodes, scene = self.nodes, self.scene
+        yield from self.look()
+        weight, rho, off = self.looked
+        unsure = HALF * Gathered(self.looked_rays, nodes, scene).unsure(self.sent)
+        there = self.places.surface
+        rays = self._relative(there, weight * ((rho * unsure) ** 2).sum(axis=1))
+        shadows = self._relative(there, weight * (rho.max(axis=1) * off) ** 2)
+        own = HALF * self.rows.unsure(self.sent)
+        reflected = nodes.reflectance * own
+        mean = np.linalg.norm((nodes.weight[:, None] * reflected).sum(axis=0)) / np.sqrt(nodes.weight.sum())
+        self.node_error = np.linalg.norm(reflected, axis=1)
+        rms = self._relative(nodes.surface, nodes.weight * self.node_error**2)
+        dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
+        self.surplus = nodes.surpluses(self.sent, self.spread * nodes.reflectance.max(axis=1))
+        every = np.arange(len(scene))
+        sent = SOURCE * self._relative(every, (self.surplus**2).sum(axis=1)) * max(1.0, CANCEL * self.gain)
+        self.parts = {
+            "rays": rays,
+            "shadows": shadows,
+            "sent": sent,
+            "nodes": float(self.gain * dim * mean / max(self.norm, 1e-300) + CORRELATED * dim * rms),
+            "solver": float(self.left),
+        }
+        self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
+        self._each(rays / max(rms, 1e-300))
+        self.history.append((self.elapsed(), self.error))
+
+    def _relative(self, surface, square):
+        """Squares (k,) of errors' L2 norms on surfaces (k,) -> their sum's root, of all light or, where that is more, of
+        each surface's own: what lies in the dark is to be right too."""
+        whole = np.sqrt(square.sum()) / max(self.norm, 1e-300)
+        each = square / np.maximum(self.own_square[surface], 1e-300)
+        return float(max(whole, np.sqrt(each.sum())))
+
+    def look(self):
+        """Direct light and rays at random points, as where colours are read: once, and anew where that gets finer; yields."""
+        if self.looked is None:
+            surface, points, weight = check_points(self.scene, self.reflects, CHECKED)
+            self.places = Placed(self.facets, surface, points)
+            tolerance = np.full(len(points), TOLD * self.target * self.level)
+            off = (yield from self.shares.at(self.places, tolerance, READ[self.target > COARSE]))[1]
+            rho = np.empty((len(points), 3))
+            for k in np.unique(surface):
+                rho[surface == k] = self.scene.surfaces[k].reflectance_at(points[surface == k])
+            self.looked = weight, rho, off
+        if self.looked_rays is None or len(self.looked_rays.directions) != self.read:
+            self.looked_rays = Traced(len(self.places), directions(self.read))
+            yield from self.looked_rays.trace(self.facets, lambda _: self.places, np.arange(len(self.places)))
+
+    def _each(self, scale):
+        """surface_errors (n surfaces,): of each one's own light: of its nodes' rays, to what rays where colours are read
+        tell, and its part of all the rest."""
+        nodes, count = self.nodes, len(self.scene)
+        self.node_error *= scale
+        own = np.sqrt(np.bincount(nodes.surface, nodes.weight * self.node_error**2, count))
+        rest = np.sqrt(sum(v * v for k, v in self.parts.items() if k != "rays"))
+        known = self.surface_norms > 0
+        relative = np.divide(own, self.surface_norms, out=np.zeros(count), where=known)
+        self.surface_errors = SAFETY * np.where(known, np.hypot(relative, rest), 0.0)
+
+    def nothing(self):
+        """Where no light is."""
+        self.error, self.parts, self.surface_errors = 0.0, {}, np.zeros(len(self.scene))
+        self.node_error = np.zeros(len(self.nodes))
+        self.history.append((self.elapsed(), 0.0))
+
+    def take_light(self, scene):
+        """The same shapes under the light of another scene."""
+        self.scene, self.started, self.counts, self.history = scene, time.perf_counter(), Counter(), []
+        self.nodes = self.nodes.of(scene)
+        self.facets = self.nodes.facets
+        self.sources = relit(self.sources, scene)
+        self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
+        self.shares = Shares(self.facets, self.sources, self.counts)
+        self.link()
+
+    # -- refinement ----------------------------------------------------------------------------------------------
+
+    def improve(self):
+        """Work on the largest part of the error; False where nothing is left to do; yields."""
+        parts, allowed, did = self.parts, REACHED * self.target / SAFETY, False
+        if parts["rays"] > SHARES["rays"] * allowed and self.read < MOST_RAYS:
+            more = self.read * (parts["rays"] / SHARES["rays"] / allowed) ** (1 / POWER)
+            self.read = int(min(STEP * np.ceil(max(more, 1.5 * self.read) / STEP), MOST_RAYS))
+            did = True
+        if parts["nodes"] > SHARES["nodes"] * allowed:
+            did |= yield from self.trace_finer()
+        if parts["sent"] > SHARES["sent"] * allowed:
+            did |= yield from self.refine(parts["sent"] / SHARES["sent"] / allowed)
+        return did
+
+    def trace_finer(self):
+        """Four times the directions at the nodes, where memory has room; yields."""
+        count = 4 * len(self.traced.directions)
+        if Traced.bytes_for(len(self.nodes), count) > RAY_MEMORY:
+            return False
+        self.traced = Traced(len(self.nodes), directions(count))
+        every = np.arange(len(self.nodes))
+        yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(every, j), every)
+        self.counts["rays"] += len(self.nodes) * count
+        self.link()
+        return True
+
+    def refine(self, excess):
+        """Halve the cells of the surfaces that hold most of the error of what is sent; yields."""
+        square = self.surplus**2 / np.maximum(self.own_square, 1e-300)[:, None]
+        order = np.argsort(square, axis=None)
+        kept = np.cumsum(square.ravel()[order]) / max(square.sum(), 1e-300)
+        worst = order[(kept + HALVED**2 * (1 - kept) > (REACHED / excess) ** 2) & (kept > KEPT_WHOLE)]
+        along = np.zeros(square.shape, bool)
+        along.ravel()[worst] = square.ravel()[worst] > 0
+        full = (self.nodes.cells >= FINEST) & ~self.nodes.is_mesh[:, None]
+        along &= ~full
+        if not along.any():
+            return False
+        nodes, old = self.nodes.refined(along)
+        if Traced.bytes_for(len(nodes), len(self.traced.directions)) > RAY_MEMORY or len(nodes) == len(self.nodes):
+            return False
+        self.nodes = nodes
+        yield from self.extend(old)
+        return True
+
+
+def check_points(scene, reflects, count):
+    """Random points, of a fixed seed: surface (k,), points (k, 3) m and weights (k,) m^2 of an unbiased mean; half by
+    area and half evenly over the surfaces that reflect."""
+    rng = np.random.default_rng(20)
+    some = np.flatnonzero(reflects)
+    if not len(some):
+        return np.zeros(0, int), np.zeros((0, 3)), np.zeros(0)
+    area = scene.areas[some]
+    share = area / area.sum() / 2 + 1 / (2 * len(some))
+    edges = np.cumsum(share)
+    pick = np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count * edges[-1])
+    pick = np.minimum(pick, len(some) - 1)
+    points = np.empty((count, 3))
+    for k in np.unique(pick):
+        mine = np.flatnonzero(pick == k)
+        spread = scene.surfaces[some[k]].shape.spread(max(64, 4 * len(mine)))
+        points[mine] = spread[rng.choice(len(spread), len(mine), replace=False)]
+    return some[pick], points, area[pick] / (share[pick] * count)

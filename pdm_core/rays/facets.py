@@ -1,0 +1,127 @@
+"""What rays meet: the scene's shapes as triangles, parallelograms and balls, in arrays.
+
+A facet is o + s u + t v, of a triangle with s + t <= 1. A ball is the affine image of the unit ball. Numbers of balls
+come after those of facets. Each knows its shape, the surfaces on its two sides, and where on their charts it lies.
+"""
+
+import numpy as np
+
+from ..contacts import near
+from ..mesh import Mesh
+from ..polygon import Polygon
+from ..scene import Plane, Sphere
+
+KEPT = 16.0  # tolerances that points keep from the borders of their shapes
+PARTED = 64.0  # tolerances between layers of shapes in one plane
+TILTED = 1e-4  # sine up to which planes of layers may differ
+
+
+class Facets:
+    """Of a scene: m facets and b balls.
+
+    origin, u, v (m, 3) m about `centre` (3,); triangle (m,) bool; chart (m, 2, 3): chart position = chart @ (1, s, t);
+    of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2): that of the front and of the back, or -1;
+    ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n shapes,): each shape's first facet.
+    """
+
+    def __init__(self, scene):
+        self.scene, shapes = scene, scene.shapes
+        self.centre = _middle(shapes)
+        self.tolerance = max(scene.tolerance, 1e-13 * scene.size)
+        sides = np.full((len(shapes), 2), -1)
+        back = np.array([s.side == "back" for s in scene.surfaces], int)
+        sides[scene.shape_of, back] = np.arange(len(scene))
+        parts = [_parts_of(k, shape) for k, shape in enumerate(shapes) if not isinstance(shape, Sphere)]
+        empty = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, bool), np.zeros((0, 2, 3))
+        origin, u, v, self.triangle, self.chart = (np.concatenate(p) for p in zip(empty, *(p[1:] for p in parts)))
+        flat = np.array([p[0] for p in parts], int)
+        count = np.array([len(p[1]) for p in parts], int)
+        balls = np.array([k for k, s in enumerate(shapes) if isinstance(s, Sphere)], int)
+        self.shape = np.concatenate([np.repeat(flat, count), balls])
+        self.first = np.full(len(shapes), -1)
+        self.first[flat] = np.cumsum(count) - count
+        self.first[balls] = len(origin) + np.arange(len(balls))
+        self.surface = sides[self.shape]
+        self.origin, self.u, self.v = origin - self.centre, u, v
+        self.normal = _unit(np.cross(u, v))
+        self.origin += _layers(self, sides)[:, None] * self.normal
+        self.ball_centre = np.array([shapes[k].origin - self.centre for k in balls]).reshape(-1, 3)
+        self.ball_linear = np.array([shapes[k].linear for k in balls]).reshape(-1, 3, 3)
+        self.ball_inverse = np.array([shapes[k].inverse for k in balls]).reshape(-1, 3, 3)
+
+    @property
+    def count(self):
+        """How many facets there are, balls aside."""
+        return len(self.origin)
+
+
+def _middle(shapes):
+    centres, radii = (np.array(part) for part in zip(*(s.bounds for s in shapes)))
+    return ((centres - radii[:, None]).min(axis=0) + (centres + radii[:, None]).max(axis=0)) / 2
+
+
+def _unit(vectors):
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
+
+
+def _parts_of(number, shape):
+    """number, origin, u, v, triangle, chart of a flat shape's or a mesh's facets."""
+    if isinstance(shape, Plane):
+        chart = np.array([[[0.0, 1, 0], [0, 0, 1]]])
+        return number, shape.origin[None], shape.u[None], shape.v[None], np.zeros(1, bool), chart
+    corners = shape.triangles if isinstance(shape, Polygon) else shape.vertices[shape.triangles]
+    o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    if isinstance(shape, Mesh):
+        chart = np.tile(np.array([[[0.0, 1, 0], [0, 0, 1]]]), (len(o), 1, 1))
+    else:
+        at = shape.local(corners.reshape(-1, 3))[:, :2].reshape(-1, 3, 2)
+        chart = np.stack([at[:, 0], at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=2)
+    return number, o, u, v, np.ones(len(o), bool), chart
+
+
+def _layers(facets, sides):
+    """(m,) m: how far facets are moved along their normals, so that of shapes that lie in one plane and look the same
+    way the smaller is on top, and those of equal size that look opposite ways lie back to back. A smaller one that
+    faces a larger one stays: in contact, the two are dark to each other."""
+    shapes = facets.scene.shapes
+    out = np.zeros(facets.count)
+    flat = np.array([k for k, s in enumerate(shapes) if isinstance(s, Plane | Polygon)], int)
+    if len(flat) < 2:
+        return out
+    normal = np.array([shapes[k].normal for k in flat])
+    area = np.array([shapes[k].area for k in flat])
+    low, high = (np.array(part) for part in zip(*(_box(shapes[k]) for k in flat)))
+    lit = np.where(sides[flat, 0] >= 0, 1.0, -1.0)[:, None] * normal
+    two_sided = (sides[flat] >= 0).all(axis=1)
+    i, j = near(low, high, facets.tolerance)
+    swap = area[i] < area[j]
+    i, j = np.where(swap, j, i), np.where(swap, i, j)
+    one_plane = np.linalg.norm(np.cross(normal[i], normal[j]), axis=1) < TILTED
+    i, j = i[one_plane], j[one_plane]
+    if not len(i):
+        return out
+    middle = (low + high) / 2
+    half = (np.abs(normal[i]) * (high - low)[j]).sum(axis=1) / 2 * TILTED + facets.tolerance
+    flush = np.abs(np.einsum("ni,ni->n", middle[j] - middle[i], normal[i])) <= 2 * half
+    overlap = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
+    flush &= (overlap > 4 * facets.tolerance).sum(axis=1) >= 2
+    i, j = i[flush], j[flush]
+    same = np.einsum("ni,ni->n", lit[i], lit[j]) > 0
+    equal = np.abs(area[i] - area[j]) <= 1e-6 * area[i]
+    over = same | (two_sided[j] & ~equal)
+    level = np.zeros(len(flat))
+    np.add.at(level, j[over], np.sign(np.einsum("ni,ni->n", lit[i[over]], normal[j[over]])))
+    back = ~same & equal
+    for k in (i[back], j[back]):
+        level[k] = np.where(level[k] == 0, np.einsum("ni,ni->n", lit[k], normal[k]), level[k])
+    place = np.full(len(shapes), -1)
+    place[flat] = np.arange(len(flat))
+    own = place[facets.shape[: facets.count]]
+    moved = own >= 0
+    out[moved] = PARTED * facets.tolerance * level[own[moved]]
+    return out
+
+
+def _box(shape):
+    points = shape.corners if isinstance(shape, Plane) else shape.outline
+    return points.min(axis=0), points.max(axis=0)

@@ -1,0 +1,112 @@
+"""Places on surfaces as receivers of rays: moved off what bounds their shapes, and told what they must not meet."""
+
+import numpy as np
+
+from ..mesh import Mesh
+from ..polygon import Polygon
+from ..scene import Sphere
+from .bundles import Receivers
+from .facets import KEPT
+
+INSET = 2e-4  # of a shape's extent: what points keep from its border at least
+INNER = 2e-3  # least barycentric coordinate of points on triangles
+LIFTED = 1e-4  # of a triangle's size: what points of meshes are lifted off it
+MET = 8.0  # tolerances within which what lies against a flat shape hides what is beyond
+TRIANGLES = 1 << 18  # pairs of points and triangles compared at once
+
+
+class Placed(Receivers):
+    """Receivers at points (n, 3) m near surfaces (n,): points on them, at exact places (n, 3) m in the scene.
+
+    normals (n, 3): shading normals of points on meshes, of the surface's side, nan or None for the mesh's own; middle (n, 3) m: a point of
+    the face that a point of a mesh belongs to, nan or None for the nearest.
+    """
+
+    def __init__(self, facets, surface, points, normals=None, middle=None):
+        scene = facets.scene
+        out, normal = np.array(points, float), np.zeros((len(points), 3))
+        own, start = np.full(len(points), -1), np.zeros(len(points))
+        inside = np.zeros(len(points), bool)
+        order = np.argsort(surface, kind="stable")
+        cuts = np.flatnonzero(np.diff(surface[order], prepend=-2))
+        for a, b in zip(cuts, np.append(cuts[1:], len(order))):
+            some, k = order[a:b], surface[order[a]]
+            place = _Place(facets, scene.surfaces[k])
+            out[some], normal[some] = place(
+                out[some], None if normals is None else normals[some], None if middle is None else middle[some]
+            )
+            own[some] = -1 if isinstance(scene.surfaces[k].shape, Mesh) else scene.shape_of[k]
+            inside[some] = scene.surfaces[k].is_inside
+            start[some] = place.start
+        super().__init__(out - facets.centre, normal, own, start, inside)
+        self.surface, self.exact = surface, out
+
+
+class _Place:
+    """Where points of one surface receive light."""
+
+    def __init__(self, facets, surface):
+        self.surface, self.shape, self.tolerance = surface, surface.shape, facets.tolerance
+        solid = isinstance(self.shape, Mesh) or surface.is_inside
+        self.start = facets.tolerance if solid else -MET * facets.tolerance
+
+    def __call__(self, points, normals, middle):
+        """points (n, 3) m -> points on the surface, normals (n, 3)"""
+        if isinstance(self.shape, Sphere):
+            points = self.shape.project(points)
+            return points, self.surface.normals(points)
+        if isinstance(self.shape, Mesh):
+            return self._on_mesh(points, normals, middle)
+        local = self.shape.local(points)
+        if isinstance(self.shape, Polygon):
+            local[:, :2] = self._in_triangles(self.shape.local(self.shape.project(points))[:, :2])
+        else:
+            edges = np.linalg.norm(self.shape.linear[:, :2], axis=0)
+            border = np.minimum(np.maximum(INSET, KEPT * self.tolerance / edges), 0.25)
+            local[:, :2] = np.clip(local[:, :2], border, 1 - border)
+        local[:, 2] = 0.0
+        points = self.shape.world(local)
+        return points, self.surface.normals(points)
+
+    def _in_triangles(self, at):
+        """Chart positions (n, 2) of a polygon moved into the triangles that they lie in or next to."""
+        corners = self.shape.local(self.shape.triangles.reshape(-1, 3))[:, :2].reshape(-1, 3, 2)
+        a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        det = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+        det = np.where(det == 0, np.inf, det)
+        out = np.empty_like(at)
+        step = max(1, TRIANGLES // len(a))
+        for start in range(0, len(at), step):
+            d = at[start : start + step, None] - a
+            s = (d[..., 0] * v[:, 1] - d[..., 1] * v[:, 0]) / det
+            t = (u[:, 0] * d[..., 1] - u[:, 1] * d[..., 0]) / det
+            bary = np.stack([1 - s - t, s, t], axis=-1)
+            best = bary.min(axis=-1).argmax(axis=1)
+            bary = inner(bary[np.arange(len(best)), best])
+            out[start : start + step] = np.einsum("nk,nki->ni", bary, corners[best])
+        return out
+
+    def _on_mesh(self, points, normals, middle):
+        shape, sign = self.shape, self.surface.sign
+        toward = points
+        if middle is not None:  # clearly on its own face
+            known = np.isfinite(middle).all(axis=1)
+            toward = np.where(known[:, None], points + INNER * (np.nan_to_num(middle) - points), points)
+        triangle, bary = shape.nearest(toward)
+        flat = sign * shape.triangle_normals[triangle]
+        smooth = sign * np.einsum("nk,nki->ni", bary, shape.corner_normals[triangle])
+        if normals is not None:
+            given = np.isfinite(normals).all(axis=1) & (np.abs(np.nan_to_num(normals)).max(axis=1) > 0)
+            smooth = np.where(given[:, None], np.nan_to_num(normals), smooth)
+        length = np.linalg.norm(smooth, axis=1, keepdims=True)
+        smooth = np.where(length > 1e-12, smooth / np.maximum(length, 1e-300), flat)
+        place = np.einsum("nk,nki->ni", inner(bary), shape.vertices[shape.triangles[triangle]])
+        lift = np.maximum(LIFTED * np.sqrt(shape.areas[triangle]), KEPT * self.tolerance)
+        # off the face, or along the light's own normal where faces meet in a ridge
+        return place + lift[:, None] * (flat + smooth) / 2, smooth
+
+
+def inner(bary):
+    """Barycentric coordinates (n, 3) moved into their triangles."""
+    bary = np.maximum(bary, INNER)
+    return bary / bary.sum(axis=1, keepdims=True)

@@ -1,0 +1,124 @@
+"""What receivers get from the nodes: hits of their rays as sparse rows, traced bundle by bundle, in halves for the error."""
+
+import numpy as np
+
+from ..scene import lattice
+from .bundles import along
+
+HALVES = 2  # of the directions, alternately
+MISS = -1
+
+
+def directions(count):
+    """Unit directions (count, 3) spread evenly over the half of the sphere, each of which stands for its opposite too."""
+    return lattice(2 * count)[:count]
+
+
+class Traced:
+    """Rays of n receivers along m directions: code (n, m) int32, twice the facet, one more where its back is met, -1 where
+    nothing; at (n, m, 2) float32 on it; cosine (n, m) float32 to the receiver's normal; directions (m, 3)."""
+
+    def __init__(self, count, directions):
+        self.directions = directions
+        self.code = np.full((count, len(directions)), MISS, np.int32)
+        self.at = np.zeros((count, len(directions), 2), np.float32)
+        self.cosine = np.zeros((count, len(directions)), np.float32)  # negative along the opposite direction
+
+    @staticmethod
+    def bytes_for(count, directions):
+        """Memory of so many rays, and of the rows made of them."""
+        return count * directions * (16 + 40)
+
+    def trace(self, facets, receivers, which):
+        """Rays, the rows `which` (n,) of this, of receivers(j) along the j-th direction; yields a bundle at a time."""
+        for j, direction in enumerate(self.directions):
+            from_ = receivers(j)
+            hits = along(facets, direction, from_)
+            self.code[which, j] = np.where(hits.facet >= 0, 2 * hits.facet + ~hits.front, MISS)
+            self.at[which, j] = hits.at
+            self.cosine[which, j] = from_.normals @ direction
+            yield
+
+    def moved(self, count, old):
+        """Of `count` receivers, those known before, old (count,) >= 0, with their rays."""
+        new = Traced(0, self.directions)
+        known = old >= 0
+        new.code = np.full((count, len(self.directions)), MISS, np.int32)
+        new.at = np.zeros((count, len(self.directions), 2), np.float32)
+        new.cosine = np.zeros((count, len(self.directions)), np.float32)
+        new.code[known], new.at[known], new.cosine[known] = (
+            self.code[old[known]],
+            self.at[old[known]],
+            self.cosine[old[known]],
+        )
+        return new
+
+
+class Gathered:
+    """Sparse rows over the nodes, and what comes from the sky: of all rays, and of each half of them.
+
+    sky (n, 3): irradiance / pi; times(value (n nodes, c)) -> (n, c)."""
+
+    def __init__(self, traced, nodes, scene):
+        n, m = traced.code.shape
+        half = np.arange(m) % HALVES
+        cosine = np.abs(traced.cosine)
+        total = np.stack([cosine[:, half == h].sum(axis=1) for h in range(HALVES)], axis=1).astype(float)
+        self.share = total / np.maximum(total.sum(axis=1, keepdims=True), 1e-300)
+        weight = cosine / np.maximum(total, 1e-300)[:, half]
+        self.skies = [np.zeros((n, 3)) for _ in range(HALVES)]
+        self.halves = []
+        for h in range(HALVES):
+            mine = half == h
+            code, w = traced.code[:, mine], weight[:, mine]
+            if scene.sky is not None or (scene.background > 0).any():
+                missed = np.where(code == MISS, w, 0.0)
+                self.skies[h] = from_sky(missed, traced.cosine[:, mine], traced.directions[mine], scene)
+            row, column = np.nonzero(code >= 0)
+            hit = code[row, column]
+            node, basis = nodes.columns(hit >> 1, traced.at[:, mine][row, column], (hit & 1) == 0)
+            basis = basis * w[row, column, None].astype(np.float32)
+            row = np.repeat(row, 4)
+            node, basis = node.ravel(), basis.ravel()
+            keep = np.flatnonzero(basis > 0)
+            row, node, basis = row[keep], node[keep], basis[keep]
+            self.halves.append(_Sparse(row, node, basis, n))
+
+    @property
+    def sky(self):
+        return self.share[:, :1] * self.skies[0] + self.share[:, 1:] * self.skies[1]
+
+    def times(self, value):
+        """value (n nodes, c) -> (n, c)"""
+        a, b = (half.times(value) for half in self.halves)
+        return self.share[:, :1] * a + self.share[:, 1:] * b
+
+    def unsure(self, value):
+        """(n, c) What half the rays tell less what all do, the sky's light included, value (n nodes, c)."""
+        a, b = (sky + half.times(value) for sky, half in zip(self.skies, self.halves))
+        return (a - b) / 2
+
+
+def from_sky(missed, cosine, directions, scene):
+    """Light (n, 3) from outside along directions (m, 3), or against them where the cosine (n, m) is negative, weighted by
+    missed (n, m)."""
+    if scene.sky is None:
+        return missed.sum(axis=1)[:, None] * scene.background
+    along, against = scene.sky_at(directions), scene.sky_at(-directions)
+    return np.where(cosine >= 0, missed, 0.0) @ along + np.where(cosine < 0, missed, 0.0) @ against
+
+
+class _Sparse:
+    """A matrix as sorted entries."""
+
+    def __init__(self, row, column, weight, count):
+        self.column, self.weight, self.count = column, weight, count
+        self.rows, self.start = np.unique(row, return_index=True)
+
+    def times(self, value):
+        out = np.zeros((self.count, value.shape[1]))
+        if len(self.rows):
+            for c in range(value.shape[1]):
+                each = np.ascontiguousarray(value[:, c]).take(self.column)
+                out[self.rows, c] = np.add.reduceat(each * self.weight, self.start)
+        return out

@@ -1,0 +1,227 @@
+"""Subdivide for the Bake: the shapes stay the same, what the mesh carries is kept, there are no cracks."""
+
+import json
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+import scenes
+from mathutils import Matrix
+from test_bake import bake
+
+
+@pytest.fixture
+def subdivide(addon):
+    def run(obj, times):
+        addon("operators.subdivide").subdivide({obj: times})
+        return obj
+
+    return run
+
+
+@pytest.fixture
+def shapes_of(addon):
+    """MeshShapes of an object's mesh."""
+
+    def find(obj):
+        arrays = addon("operators.mesh_arrays").arrays_of(obj.data)
+        return addon("operators.mesh_shapes").find_shapes(arrays.vertices, arrays.corners, arrays.counts)
+
+    return find
+
+
+def is_whole(mesh, euler):
+    """No cracks: vertices - edges + faces is what the closed or open shape has, and no edge has one face in a closed
+    one."""
+    work = bmesh.new()
+    work.from_mesh(mesh)
+    count = len(work.verts) - len(work.edges) + len(work.faces)
+    rims = sum(edge.is_boundary for edge in work.edges)
+    loose = sum(not edge.link_faces for edge in work.edges)
+    work.free()
+    return count == euler and not loose and (rims == 0) == (euler == 2)
+
+
+@pytest.mark.parametrize("times", [2, 3, 7])
+@pytest.mark.parametrize("segments, rings", [(3, 3), (8, 4), (32, 16)])
+def test_a_uv_sphere_becomes_a_finer_one(subdivide, shapes_of, segments, rings, times):
+    ball = subdivide(scenes.sphere("Ball", segments, rings, radius=2.5), times)
+    shapes = shapes_of(ball)
+    (found,) = shapes.shapes
+    assert (found.segments, found.rings) == (times * segments, times * rings)
+    assert len(ball.data.vertices) == found.segments * (found.rings - 1) + 2 and is_whole(ball.data, 2)
+    np.testing.assert_allclose(found.matrix, np.diag([2.5, 2.5, 2.5, 1.0]), atol=3e-6)
+    radius = np.linalg.norm(scenes.vertices(ball), axis=1)
+    np.testing.assert_allclose(radius, 2.5, rtol=3e-5)
+
+
+def test_spheres_sheared_moved_inverted_and_triangulated(subdivide, shapes_of):
+    def build(b):
+        bmesh.ops.create_uvsphere(b, u_segments=12, v_segments=7, radius=1.0)
+        bmesh.ops.triangulate(b, faces=b.faces)
+        bmesh.ops.reverse_faces(b, faces=b.faces)
+        bmesh.ops.transform(
+            b, matrix=Matrix(((1, 0.4, 0, 3), (0, 2, 0, 1), (0.2, 0, 0.5, 0), (0, 0, 0, 1))), verts=b.verts
+        )
+
+    ball = scenes.add("Ball", build)
+    (before,) = shapes_of(ball).shapes
+    (after,) = shapes_of(subdivide(ball, 4)).shapes
+    assert (after.segments, after.rings, after.is_outward) == (48, 28, False)
+    # the same ellipsoid, whatever its axes are called
+    np.testing.assert_allclose(
+        after.matrix[:3, :3] @ after.matrix[:3, :3].T, before.matrix[:3, :3] @ before.matrix[:3, :3].T, atol=2e-5
+    )
+    np.testing.assert_allclose(after.matrix[:3, 3], before.matrix[:3, 3], atol=1e-5)
+
+
+def test_boxes_and_grids_stay_their_planes(subdivide, shapes_of):
+    box = subdivide(scenes.box("Box", 3.0), 5)
+    assert shapes_of(box).label == "6 planes" and len(box.data.polygons) == 150 and is_whole(box.data, 2)
+    floor = subdivide(scenes.grid("Floor", 2, 4.0), 8)
+    assert shapes_of(floor).label == "plane" and len(floor.data.vertices) == 17**2 and is_whole(floor.data, 1)
+    odd = scenes.add("Odd", lambda b: bmesh.ops.create_circle(b, segments=7, radius=1.0, cap_ends=True))
+    assert is_whole(subdivide(odd, 3).data, 1)
+
+
+def test_a_mesh_of_balls_and_planes(subdivide, shapes_of):
+    def build(b):
+        bmesh.ops.create_grid(b, x_segments=1, y_segments=1, size=5)
+        for x in (-2, 2):
+            bmesh.ops.create_uvsphere(b, u_segments=8, v_segments=6, radius=1, matrix=Matrix.Translation((x, 0, 2)))
+
+    shapes = shapes_of(subdivide(scenes.add("Both", build), 2))
+    assert shapes.label == "2 UV spheres, 1 plane"
+    assert {getattr(shape, "segments", 16) for shape in shapes.shapes} == {16}
+
+
+def carrying(obj):
+    """UVs, attributes of each domain, a seam, a sharp edge, two materials, a vertex group, linear in x."""
+    mesh = obj.data
+    for name in ("One", "Two"):
+        mesh.materials.append(bpy.data.materials.new(name))
+    mesh.polygons[0].material_index = 1
+    layer = mesh.uv_layers.new(name="Map")
+    work = bmesh.new()
+    work.from_mesh(mesh)
+    for face in work.faces:
+        face.smooth = True
+        for loop in face.loops:
+            loop[work.loops.layers.uv["Map"]].uv = loop.vert.co.xy
+    work.edges.ensure_lookup_table()
+    work.edges[0].seam, work.edges[0].smooth = True, False
+    work.to_mesh(mesh)
+    work.free()
+    height = mesh.attributes.new("height", "FLOAT", "POINT")
+    height.data.foreach_set("value", scenes.vertices(obj)[:, 0].astype(np.float32))
+    mesh.attributes.new("tag", "INT", "FACE").data[0].value = 7
+    group = obj.vertex_groups.new(name="Weight")
+    for index, co in enumerate(scenes.vertices(obj)):
+        group.add([index], co[0] + 0.5, "REPLACE")
+    return layer
+
+
+def test_what_the_mesh_carries_is_kept(subdivide):
+    box = scenes.box("Box", 1.0)
+    carrying(box)
+    mesh = subdivide(box, 4).data
+    x = scenes.vertices(box)[:, 0]
+    uv = np.array([loop.uv[:] for loop in mesh.uv_layers["Map"].data])
+    corner = np.array([loop.vertex_index for loop in mesh.loops])
+    np.testing.assert_allclose(uv, scenes.vertices(box)[corner, :2], atol=1e-6)
+    np.testing.assert_allclose([item.value for item in mesh.attributes["height"].data], x, atol=1e-6)
+    assert sum(item.value == 7 for item in mesh.attributes["tag"].data) == 16
+    assert sum(p.material_index == 1 for p in mesh.polygons) == 16 and all(p.use_smooth for p in mesh.polygons)
+    assert sum(e.use_seam for e in mesh.edges) == sum(e.use_edge_sharp for e in mesh.edges) == 4
+    weights = [next((g.weight for g in v.groups), 0.0) for v in mesh.vertices]
+    np.testing.assert_allclose(weights, x + 0.5, atol=1e-6)
+    assert [m.name for m in mesh.materials] == ["One", "Two"] and box.vertex_groups[0].name == "Weight"
+
+
+def test_custom_normals_are_kept(subdivide):
+    floor = scenes.grid("Floor", 1, 2.0)
+    tilted = np.tile(np.array([0.6, 0.0, 0.8]), (4, 1))
+    floor.data.normals_split_custom_set(tilted.tolist())
+    names = {a.name for a in floor.data.attributes}
+    mesh = subdivide(floor, 3).data
+    normals = np.array([n.vector[:] for n in mesh.corner_normals])
+    np.testing.assert_allclose(normals, np.tile(tilted[0], (len(normals), 1)), atol=1e-3)
+    assert {a.name for a in mesh.attributes} == names
+
+
+def test_a_balls_texture_map_has_no_jumps(subdivide):
+    """Each new corner's UV is within its old face's, and neighbours in a face stay neighbours in the map."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8, calc_uvs=True)
+    mesh = subdivide(bpy.context.object, 2).data
+    uv = np.array([loop.uv[:] for loop in mesh.uv_layers[0].data])
+    for polygon in mesh.polygons:
+        own = uv[polygon.loop_start : polygon.loop_start + polygon.loop_total]
+        assert (np.ptp(own, axis=0) < (1.1 / 16, 1.1 / 16)).all()
+
+
+def test_the_report_asks_for_it_and_it_is_enough():
+    floor, ball, lamp = scenes.lit_ball()
+    lamp.data.materials[0], before = lamp.data.materials[0], len(floor.data.vertices)
+    report = bake()
+    assert report["between_vertices"] > 0.05
+    for _ in range(3):
+        if bpy.ops.pdm.subdivide() == {"CANCELLED"}:
+            break
+        report = bake()
+    assert report["between_vertices"] <= 0.01
+    assert len(floor.data.vertices) > before and len(lamp.data.vertices) == 4
+    assert next(o["label"] for o in report["objects"] if o["name"] == "Ball").startswith("UV sphere")
+
+
+def test_the_budget_is_kept():
+    scenes.lit_ball()
+    bake()
+    bpy.ops.pdm.subdivide(budget=500)
+    assert 143 < sum(len(obj.data.vertices) for obj in bpy.data.objects) <= 500
+
+
+def test_fewest_vertices(addon):
+    """The errors' root sum of squares is the target, and no shift of vertices between objects lowers it."""
+    needed = addon("operators.subdivide").needed
+    errors, faces = np.array([0.3, 0.04, 0.0001, 0.2]), np.array([1.0, 500, 8, 30])
+    times = needed(errors, faces, 0.01)
+    assert times[2] == 1 and (times >= 1).all()
+    np.testing.assert_allclose(np.sqrt((errors**2 / times**4).sum()), 0.01)
+    slope = (errors**2 / times**5 / (faces * times))[times > 1]  # of error by vertices
+    np.testing.assert_allclose(slope, slope[0])
+    assert (needed(errors, faces, 1.0) == 1).all()
+
+
+def test_what_cannot_be_subdivided_is_said():
+    floor, _, _ = scenes.lit_ball()
+    with pytest.raises(RuntimeError, match="Bake first"):
+        bpy.ops.pdm.subdivide()
+    floor.shape_key_add(name="Basis")
+    bpy.ops.object.select_all(action="DESELECT")
+    floor.select_set(True)
+    with pytest.raises(RuntimeError, match="Floor.*shape keys"):
+        bpy.ops.pdm.subdivide(times=2, objects="SELECTED")
+    assert len(floor.data.vertices) == 25
+
+
+def test_the_baked_attribute_stays_the_active_one():
+    floor, _, _ = scenes.lit_ball()
+    other = floor.data.color_attributes.new(name="Other", type="BYTE_COLOR", domain="CORNER")
+    other.data.foreach_set("color", np.full(4 * len(other.data), 0.5, np.float32))
+    bake()
+    bpy.ops.pdm.subdivide()
+    colours = floor.data.color_attributes
+    assert colours.active_color_name == "Radiosity" and len(floor.data.color_attributes["Other"].data) > 64
+    np.testing.assert_allclose(scenes.colours(floor, "Other"), 0.5, atol=0.01)
+
+
+def test_the_command_line_subdivides(addon, tmp_path, capfd):
+    scenes.lit_ball()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    report = tmp_path / "report.json"
+    main = addon("operators.command_line").main
+    assert main(["bake", "--subdivide", "--report", str(report)]) == 0
+    assert json.loads(report.read_text())["between_vertices"] <= 0.01
+    assert "subdivided" in capfd.readouterr().err
+    assert main(["bake", "--subdivide", "0", "--report", str(report)]) == 2
