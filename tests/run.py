@@ -96,6 +96,7 @@ def bench():
         [python, "scaling.py", "scaling.json"],
         [python, "form_factors.py", "form_factors.json"],
         [blender, "beside_cycles.py", "beside_cycles.json"],
+        [blender, "lights.py", "lights.json"],
         [python, "truth.py", "truth.json"],
         [python, "placements.py", "placements.json"],
         [python, "each_object.py", "each_object.json"],

@@ -6,6 +6,7 @@ more and more of them, until what is unsure is below the tolerance.
 
 import numpy as np
 
+from ..scene import unit
 from .bundles import along, seen_from
 from .sources import kernel
 
@@ -16,6 +17,7 @@ AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 FAINT = 0.1  # of the tolerance: a source whose whole light is less is judged by one point
 UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is seen: UNSURE / (2 n)^POWER, about
 UNSEEN = 1e-12
+DIMMEST = 1e-6  # of a pattern, so that the whole lamp counts where its beam passes between the points that stand for it
 
 
 class Shares:
@@ -33,6 +35,9 @@ class Shares:
         factor, error2 = np.zeros((n, len(self.sources), 3), np.float32), np.zeros(n)
         for k, source in enumerate(self.sources):
             whole = yield from self._unoccluded(source, receivers)
+            if not source.shadows:
+                factor[:, k] = whole[:, None]
+                continue
             light = whole * source.colour.max()
             lit = np.flatnonzero(whole > UNSEEN * max(whole.max(initial=0.0), 1e-300))
             faint = light[lit] < FAINT * tolerance[lit]
@@ -76,6 +81,8 @@ class Shares:
                 at = place[j : j + 1] - self.facets.centre
                 only = None if normal is None else normal[j : j + 1]
                 value = kernel(at, only, receivers.points, receivers.normals)[:, 0] * weight[j]
+                if source.pattern is not None:
+                    value *= np.maximum(source.pattern(unit(receivers.points - at)), DIMMEST)
             some = np.flatnonzero(value > 0)
             if len(some):
                 visible = np.zeros(n, bool)

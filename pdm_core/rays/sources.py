@@ -16,9 +16,11 @@ SPREAD = 1024  # points that stand for the light of a larger one
 
 
 class Source:
-    """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it."""
+    """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it;
+    shadows: whether any does; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even."""
 
     distant, skip, lift = False, -1, 0.0
+    shadows, pattern = True, None
 
     def __init__(self, colour, name):
         self.colour, self.name = np.asarray(colour, float), name
@@ -105,6 +107,7 @@ class Lamp(Source):
         super().__init__(light.colour, light.name)
         self.light, self.distant = light, light.distant
         self.unoccluded, self.samples = light.unoccluded, light.samples
+        self.pattern, self.shadows = light.pattern, light.shadows
 
     def tint(self, points):
         """A light is of one colour."""

@@ -124,7 +124,7 @@ def test_suns(read, degrees):
 
 
 def test_exposure_temperature_and_normalize(read):
-    if not hasattr(bpy.types.Light, "normalize"):
+    if "normalize" not in bpy.types.Light.bl_rna.properties:
         pytest.skip("lights have these from 4.5 on")
     receivers()
     common = {"normalize": False, "exposure": 1.5, "use_temperature": True, "temperature": 4000.0, "energy": 2.0}
@@ -137,7 +137,7 @@ def test_exposure_temperature_and_normalize(read):
         ("SUN", {"angle": 0.0}),
     ]:
         made = lamp(kind, **common, **settings)
-        compare(read)
+        compare(read, 8192)  # a vertex lies where the spot fades
         bpy.data.objects.remove(made)
 
 

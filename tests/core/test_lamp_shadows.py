@@ -1,0 +1,58 @@
+"""Lamps behind things, by the whole solver: what is seen of them, which of them cast shadows."""
+
+import numpy as np
+import pytest
+
+from pdm_core import AreaLight, Plane, PointLight, Scene, SpotLight, SunLight, Surface, solve
+
+FLOOR = Surface(Plane((-3, -3, 0), (6, 0, 0), (0, 6, 0)), 0.5, name="Floor")
+BLIND = Plane((0, -3, 1), (3, 0, 0), (0, 6, 0))  # over the half x > 0
+
+
+def seen(light, points):
+    """Irradiance / pi (n, 3) at points of the floor behind a black blind."""
+    sides = [Surface(BLIND, side=side, name="Blind") for side in ("front", "back")]
+    solution = solve(Scene([FLOOR, *sides], lights=[light]), 0.1)
+    return solution.irradiance(points, np.tile([0.0, 0.0, 1.0], (len(points), 1)))
+
+
+def on_floor(x):
+    return np.column_stack([x, np.full(len(x), 0.3), np.zeros(len(x))])
+
+
+@pytest.mark.parametrize(
+    "light",
+    [
+        PointLight((-0.5, 0, 2), (3, 2, 1)),
+        SpotLight((-0.5, 0, 2), (0, 0, -1), (3, 2, 1), 2.5, 0.2),
+        SunLight((0.5, 0, -1), (3, 2, 1)),
+    ],
+)
+def test_what_is_small_casts_sharp_shadows(light):
+    x = np.array([-2, -1, 0.2, 0.45, 0.55, 1.5])  # the shadow begins at .5
+    found, whole = seen(light, on_floor(x)), light.unoccluded(on_floor(x), np.tile([0.0, 0.0, 1.0], (6, 1)))
+    assert np.allclose(found[:4], whole[:4, None] * light.colour, rtol=1e-6)
+    assert (found[4:] == 0).all()
+
+
+def test_a_light_without_shadows_casts_none():
+    light = PointLight((-0.5, 0, 2), 3, shadows=False)
+    x = np.array([-1, 1, 2.5])
+    whole = light.unoccluded(on_floor(x), np.tile([0.0, 0.0, 1.0], (3, 1)))
+    assert np.allclose(seen(light, on_floor(x)), whole[:, None] * light.colour, rtol=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [180, 90])
+def test_a_spread_makes_shadows_sharper(degrees):
+    light = AreaLight((0, 0, 2), (0, 1, 0), (1, 0, 0), 10.0, spread=np.radians(degrees))
+    points = on_floor(np.array([-0.8, -0.2, 0.0, 0.2, 0.8]))
+    positions, own, weights = light.samples(1 << 16)
+    known = []
+    for x in points:
+        d = positions - x
+        distance = np.linalg.norm(d, axis=1)
+        d /= distance[:, None]
+        open_ = (x + d / d[:, 2:])[:, 0] < 0
+        kappa = d[:, 2] * np.maximum(-d @ light.normal, 0) / distance**2 * light.pattern(-d) * open_
+        known.append((weights * kappa).sum() * 10 / np.pi**2)
+    assert np.abs(seen(light, points)[:, 0] - known).max() < 0.04 * max(known)
