@@ -97,7 +97,7 @@ class Steps(Idle):
     def invoke(self, context, event):
         self.in_window, self.steps = True, self.make_steps(context)
         self.stopped_at, self.draw_at, self.is_drawn = time.perf_counter(), 0.0, False
-        self.wait = 0.0
+        self.wait, self.shown = 0.0, None
         timer = context.window_manager.event_timer_add(TICK, window=context.window)
         current.begin(self.steps, timer, self.target, self.can_keep)
         context.window_manager.modal_handler_add(self)
@@ -140,7 +140,9 @@ class Steps(Idle):
         while time.perf_counter() - start < SLICE:
             current.at(next(self.steps))
         self.stopped_at = time.perf_counter()
-        self.is_drawn = self.stopped_at >= self.draw_at
+        shown = current.stage.text, current.can_be_kept()
+        self.is_drawn = self.stopped_at >= self.draw_at or shown != self.shown
+        self.shown = shown
         current.slices.append(self.stopped_at - start)
         if self.is_drawn:
             redraw_sidebars(context)
