@@ -71,7 +71,7 @@ def bake_steps(context, settings, enough=lambda: False):
         field = solution.radiance if settings.quantity == "RADIANCE" else solution.incident
         values = yield from _evaluate(solution, field, points)
     with _timed(seconds, "check"):
-        steps = between_steps(solution, field, targets, points, values)
+        steps = between_steps(solution, field, targets, points, values, settings.target_error)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
     with ExitStack() as undo:  # of what was written, where anything after it fails
         with _timed(seconds, "write"):
@@ -85,6 +85,9 @@ def bake_steps(context, settings, enough=lambda: False):
             undo.callback(write_colours(items, settings.attribute, settings.data_type))
         report = bake_report(context, settings, reading, solution, between, items, points, seconds)
         report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
+        for k, finer in between.finer.items():
+            entry = next(entry for entry in report["objects"] if entry["name"] == targets[k].name)
+            entry["finer"] = [list(row) for row in finer]
         report |= {"lights": lights_in(reading), "facing_away": away}
         context.scene.pdm_radiosity.keep(report)
         undo.pop_all()
