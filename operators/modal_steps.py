@@ -13,7 +13,7 @@ from .report import percent
 
 CATEGORY = "Radiosity"  # tab of the sidebar
 TICK = 0.002  # s between timer events: hardly a wait between slices
-SLICE = 0.075  # s of work in each: with the step that ends it, input waits for less than .1 s
+SLICE = 0.085  # s of work in each, at most where the next step takes no longer than the last: input waits no longer
 DRAWING = 0.1  # share of the time that drawing the progress may take
 DRAWN = 0.2, 5.0  # s, least and most from one drawing to the next
 SMOOTHED = 0.2  # weight of the last wait between slices in their mean
@@ -137,9 +137,11 @@ class Steps(Idle):
             self.draw_at = start + min(max((waited - self.wait) / DRAWING, least), most)
         else:
             self.wait += SMOOTHED * (waited - self.wait)
-        while time.perf_counter() - start < SLICE:
+        now = last = start
+        while 2 * now - last < start + SLICE:
             current.at(next(self.steps))
-        self.stopped_at = time.perf_counter()
+            last, now = now, time.perf_counter()
+        self.stopped_at = now
         shown = current.stage.text, current.can_be_kept()
         self.is_drawn = self.stopped_at >= self.draw_at or shown != self.shown
         self.shown = shown
