@@ -77,7 +77,7 @@ def bake_steps(context, settings, enough=lambda: False):
         field = Field(solution, settings.quantity)
         values = yield from _evaluate(field, points)
     with _timed(seconds, "check"):
-        steps = between_steps(field, targets, points, values)
+        steps = between_steps(field, targets, points, values, settings.target_error)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
     with ExitStack() as undo:  # of what was written, where anything after it fails
         with _timed(seconds, "write"):
@@ -93,7 +93,10 @@ def bake_steps(context, settings, enough=lambda: False):
             undo.callback(write_colours(items, settings.attribute, settings.data_type))
         report = bake_report(context, settings, reading, solution, between, items, points, seconds)
         report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
-        report |= {"lights": lights_in(reading), "facing_away": away}
+        for k, finer in between.finer.items():
+            entry = next(entry for entry in report["objects"] if entry["name"] == targets[k].name)
+            entry["finer"] = [list(row) for row in finer]
+        report |= {"shining": lights_in(reading), "facing_away": away}
         context.scene.pdm_radiosity.keep(report)
         undo.pop_all()
     own_meshes.commit()
@@ -109,7 +112,7 @@ def baked_before(scene):
 def look_at_steps(context):
     """Generator of the fraction done; returns what the sidebar lists before a bake: scan_result with `lights`."""
     reading = yield from read_steps(context, baked=baked_before(context.scene))
-    return {**scan_result(reading), "lights": lights_in(reading)}
+    return {**scan_result(reading), "shining": lights_in(reading)}
 
 
 def look_at_scene(context):

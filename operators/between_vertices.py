@@ -1,6 +1,6 @@
 """How far colours interpolated between a mesh's vertices are from the light: what the mesh itself cannot show."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -9,14 +9,18 @@ from .bake_points import world_vertices
 
 SHARE = 0.1  # points looked at, of the vertices baked
 MOST, MANY, FEW = 4000, 32, 8  # points in all, and on each object where that allows it, and in any case
+FINER = 2, 4, 8, 16, 32, 64  # parts of an edge, for which meshes that are too coarse are looked at
+LOOKED, LEAST_LOOKED = 500, 64  # points of that, in all and on each object
 
 
 @dataclass
 class Between:
-    """error: relative L2 error of the interpolated colours over all objects, as Solution.error; parts (n objects,)."""
+    """error: relative L2 error of the interpolated colours over all objects, as Solution.error; parts (n objects,);
+    finer {index of an object that is too coarse: [(N, its part if each face were N x N)]}."""
 
     error: float
     parts: np.ndarray
+    finer: dict = field(default_factory=dict)
 
     def too_coarse(self, target):
         """Indices of the objects, worst first, without which the rest would be within the target."""
@@ -25,42 +29,98 @@ class Between:
         return order[: int(np.argmax(left <= target)) + 1] if self.error > target else order[:0]
 
 
-def between_steps(field, targets, points, values):
+def between_steps(field, targets, points, values, allowed):
     """Generator of the fraction done; returns Between. Points are random, of a fixed seed.
 
-    field: the Field that is baked, before the exposure; values: [(k, 3)] of it at the BakePoints `points`.
+    field: the Field that is baked, before the exposure; values: [(k, 3)] of it at the BakePoints `points`; allowed: the
+    error from which on finer meshes are looked at.
     """
     total = sum(p.size for p in points)
     least = int(np.clip(MOST // len(points), FEW, MANY))
-    rng, norm = np.random.default_rng(1), field.solution.norm
-    looked = []
-    for target, p, value in zip(targets, points, values, strict=True):
-        count = least + int(min(SHARE * total, MOST) * p.size / total)
-        looked.append(_look(target, p, p.colours(value)[:, :3].astype(float), count, rng))
-    surface, at, interpolated, weight, normals, inward = (np.concatenate(part) for part in zip(*looked))
-    wrong = interpolated - (yield from field.steps(surface, at, normals, inward))
-    if field.quantity == "IRRADIANCE":
-        wrong *= field.solution.scene.reflectance[surface]
-    owner = np.repeat(np.arange(len(looked)), [len(look[0]) for look in looked])
-    parts = np.sqrt(np.bincount(owner, weight * (wrong**2).sum(axis=1), len(looked)))
-    parts = parts / norm if norm > 0 else np.zeros(len(parts))  # nothing was to be found
-    return Between(float(np.sqrt((parts**2).sum())), parts)
+    rng, norm = np.random.default_rng(1), field.solution.norm or np.inf  # nothing was to be found
+    looks = []
+    for target, p in zip(targets, points, strict=True):
+        looks.append(_Look(target, p, least + int(min(SHARE * total, MOST) * p.size / total), rng))
+    here = yield from _light(field, [look.places() for look in looks])
+    colours = [p.colours(value)[:, :3].astype(float) for p, value in zip(points, values, strict=True)]
+    parts = [look.norm(look.between(c) - h, field) for look, c, h in zip(looks, colours, here, strict=True)]
+    between = Between(float(np.sqrt((np.array(parts) ** 2).sum())) / norm, np.array(parts) / norm)
+    coarse = between.too_coarse(allowed)
+    looks = {int(k): _Look(targets[k], points[k], max(LOOKED // len(coarse), LEAST_LOOKED), rng) for k in coarse}
+    here = yield from _light(field, [look.places() for look in looks.values()])
+    here = dict(zip(looks, here, strict=True))
+    between.finer.update({k: [] for k in looks})
+    for times in FINER:
+        left = [k for k in looks if not between.finer[k] or between.finer[k][-1][1] >= allowed / (2 * len(coarse))]
+        ends = yield from _light(field, [looks[k].finer_places(times) for k in left])
+        for k, values in zip(left, ends, strict=True):
+            wrong = looks[k].between_finer(times, values.reshape(-1, 3, 3)) - here[k]
+            between.finer[k].append((times, looks[k].norm(wrong, field) / norm))
+    return between
 
 
-def _look(target, points, colours, count, rng):
-    """Random points on one object: their surfaces, places, interpolated colours, weights m^2, normals and places inward."""
-    ends, corners, surface, normals = _triangles(target, points.domain)
-    area = np.linalg.norm(np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]), axis=1) / 2
-    if not area.sum() > 0:
-        return np.zeros(0, int), *np.zeros((2, 0, 3)), np.zeros(0), *np.zeros((2, 0, 3))
-    edges = np.cumsum(area) / area.sum()
-    pick = np.minimum(np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count), len(area) - 1)
-    weight = np.sort(rng.random((count, 2)), axis=1)
-    weight = np.column_stack([weight[:, 0], weight[:, 1] - weight[:, 0], 1 - weight[:, 1]])
-    at = np.einsum("nk,nki->ni", weight, ends[pick])
-    interpolated = np.einsum("nk,nki->ni", weight, colours[corners[pick]])
-    shaded = np.full(at.shape, np.nan) if normals is None else unit(np.einsum("nk,nki->ni", weight, normals[pick]))
-    return surface[pick], at, interpolated, np.full(count, area.sum() / count), shaded, ends[pick].mean(axis=1)
+def _light(field, places):
+    """[(n, 3)] the field at several places, each (surfaces, points, normals, inward), all at once; yields."""
+    if not places:
+        return []
+    found = yield from field.steps(*(np.concatenate(part) for part in zip(*places)))
+    return np.split(found, np.cumsum([len(place[0]) for place in places])[:-1])
+
+
+class _Look:
+    """Random points of one object and where they are in the mesh's triangles."""
+
+    def __init__(self, target, points, count, rng):
+        ends, corners, surface, normals = _triangles(target, points.domain)
+        area = np.linalg.norm(np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]), axis=1) / 2
+        self.area = area.sum()
+        count = count if self.area > 0 else 0
+        edges = np.cumsum(area) / max(self.area, 1e-300)
+        pick = np.minimum(np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count), len(area) - 1)
+        weight = np.sort(rng.random((count, 2)), axis=1)
+        self.weight = np.column_stack([weight[:, 0], weight[:, 1] - weight[:, 0], 1 - weight[:, 1]])
+        self.corners, self.ends, self.surface = corners[pick], ends[pick], surface[pick]
+        self.normals = np.full(self.ends.shape, np.nan) if normals is None else normals[pick]
+
+    def places(self):
+        """Surfaces (n,), points, shading normals, and points inward (n, 3) of their faces."""
+        return self._at(self.weight[:, None])
+
+    def finer_places(self, times):
+        """The same of the corners of the triangles about each point, three each, were each triangle times x times."""
+        cell, step, _ = self._cut(times)
+        return self._at((cell[:, None] + step) / times)
+
+    def _at(self, weight):
+        """weight (n, k, 3) of the triangles' corners -> places of n k points"""
+        many = weight.shape[1]
+        points = np.einsum("nkc,nci->nki", weight, self.ends).reshape(-1, 3)
+        normals = np.einsum("nkc,nci->nki", weight, self.normals).reshape(-1, 3)
+        known = np.isfinite(normals).all(axis=1)
+        normals[known] = unit(normals[known])
+        inward = np.repeat(self.ends.mean(axis=1), many, axis=0)
+        return np.repeat(self.surface, many), points, normals, inward
+
+    def _cut(self, times):
+        cell = np.floor(times * self.weight)
+        part = times * self.weight - cell
+        upright = np.rint(part.sum(axis=1)) < 2  # else the small triangle is upside down
+        step = np.where(upright[:, None, None], np.eye(3), 1 - np.eye(3))
+        return cell, step, np.where(upright[:, None], part, 1 - part)
+
+    def between(self, colours):
+        """(n, 3) interpolated between colours, one a vertex or corner."""
+        return np.einsum("nk,nki->ni", self.weight, colours[self.corners])
+
+    def between_finer(self, times, values):
+        """(n, 3) interpolated between values (n, 3, 3) at finer_places."""
+        return np.einsum("nc,nci->ni", self._cut(times)[2], values)
+
+    def norm(self, wrong, field):
+        """L2 norm over the object of errors (n, 3), as radiance times metres."""
+        if field.quantity == "IRRADIANCE":
+            wrong = wrong * field.solution.scene.reflectance[self.surface]
+        return float(np.sqrt(self.area * (wrong**2).sum(axis=1).sum() / max(len(wrong), 1)))
 
 
 def _triangles(target, domain):

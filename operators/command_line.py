@@ -12,6 +12,7 @@ import bpy
 
 from ..pdm_core import SceneError
 from ..pdm_core.signs_of_life import finish
+from . import farm
 from .bake import BakeSettings, bake_steps
 from .colour_attribute import BakeError
 from .convergence import ConvergenceSettings, convergence_steps
@@ -47,26 +48,28 @@ def main(argv):
         options = _parse(argv)
     except SystemExit as stop:
         return USAGE if stop.code else DONE
-    if not os.path.isfile(bpy.data.filepath):
+    many = getattr(options, "files", None)
+    if not many and not os.path.isfile(bpy.data.filepath):
         return _fail("no .blend file was loaded; name one that exists before --command", FAILED)
     try:
         with _interruptible():
-            options.work(options)
+            return options.work(options) or DONE
     except KeyboardInterrupt:
-        return _fail("stopped, nothing was written", INTERRUPTED)
+        return _fail("stopped; run it again for the rest" if many else "stopped, nothing was written", INTERRUPTED)
     except (BakeError, SceneError, OSError, RuntimeError) as error:
         return _fail(error, FAILED)
-    return DONE
 
 
 @contextmanager
 def _interruptible():
-    """Ctrl-C raises KeyboardInterrupt: Blender's own handler waits for an event loop that does not run here."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Ctrl-C, and being told to end, raise KeyboardInterrupt: Blender's own handler waits for an event loop that does
+    not run here."""
+    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before if before is not None else signal.SIG_DFL)
+        for number, handler in before.items():
+            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
 
 
 @contextmanager
@@ -79,6 +82,23 @@ def _whole(path):
     finally:
         if os.path.exists(part):
             os.remove(part)
+
+
+def _bake_files(options):
+    os.makedirs(options.folder, exist_ok=True)
+    summary = farm.run(options.files, options.folder, _words(options), options.processes)
+    print(farm.one_line(summary))
+    return FAILED if summary["failed"] else DONE
+
+
+def _words(options):
+    """The settings of a bake as the command line has them."""
+    words = [] if options.objects == "ALL" else ["--objects", *options.objects]
+    for name in SETTING_NAMES:
+        if name not in ("objects", "heat_map"):
+            words.append(f"--{name.replace('_', '-')}={getattr(options, name)}")
+    words += ["--heat-map"] * options.heat_map
+    return words + ([f"--subdivide={options.subdivide}"] if options.subdivide else [])
 
 
 def _bake(options):
@@ -159,6 +179,12 @@ def _parse(argv):
     if options.command == "convergence":
         return options
     paths = [path for path in (options.output, options.report, options.image) if path]
+    if options.files:
+        _check_files(options, paths)
+        options.work = _bake_files
+        return options
+    if options.folder:
+        options.usage_error("--folder goes with --files")
     if not paths:
         options.usage_error("nothing would be written; give --output, --report or --image")
     for path in paths:
@@ -174,6 +200,13 @@ def _parse(argv):
         if path and real.count(os.path.realpath(path)) > 1:
             options.usage_error(f"{path} is named twice or is the file itself; choose another name")
     return options
+
+
+def _check_files(options, paths):
+    if paths or not options.folder:
+        options.usage_error("--files writes into --folder, which must be given; --output, --report, --image must not")
+    if both := farm.clash(options.files):
+        options.usage_error(f"{both[0]} and {both[1]} would have results of one name; use two folders")
 
 
 def _parser():
@@ -217,6 +250,15 @@ def _parser():
     bake.add_argument(
         "--subdivide", type=_whole_number(1), nargs="?", const=BUDGET, metavar="MOST",
         help=f"subdivide meshes that are too coarse for the target, up to MOST vertices in all, default {BUDGET}",
+    )  # fmt: skip
+    bake.add_argument(
+        "--files", nargs="+", type=_ending(".blend"), metavar="FILE.blend",
+        help="bake these instead, each in a Blender of its own; what --folder has already is not done again",
+    )  # fmt: skip
+    bake.add_argument("--folder", metavar="FOLDER", help="with --files: NAME.blend, NAME.json and summary.json go here")
+    bake.add_argument(
+        "--processes", type=_whole_number(1), default=os.cpu_count() or 1, metavar="N",
+        help="with --files: how many at a time, default one a core",
     )  # fmt: skip
     bake.set_defaults(usage_error=bake.error, work=_bake)
     return parser

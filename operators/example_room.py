@@ -44,7 +44,7 @@ def build(collection):
     _wall(collection, "Room Right", corner + x, z, y, cool)
     _wall(collection, "Room Back", corner + y, x, z, white)
     lamp = _material("Room Lamp", WHITE, 12.0)
-    _wall(collection, "Room Lamp", Vector((-0.6, -0.5, HEIGHT - 0.01)), Vector((0, 1, 0)), Vector((1.2, 0, 0)), lamp, 1)
+    _wall(collection, "Room Lamp", Vector((-0.6, -0.5, HEIGHT - 0.3)), Vector((0, 1, 0)), Vector((1.2, 0, 0)), lamp, 1)
     _ball(collection, "Room Ball", (-0.85, 0.7, 0.8), 0.8, white)
     _ball(collection, "Room Small Ball", (0.1, -0.9, 0.4), 0.4, _material("Room Gold", GOLD))
     _box(collection, "Room Box", Matrix.Translation((1.05, 0.35, 0.6)) @ Matrix.Rotation(0.35, 4, "Z"), 0.5, white)

@@ -4,12 +4,14 @@ The reading waits until nothing changes for a moment, runs in slices, and stays 
 """
 
 import time
+import traceback
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ..pdm_core import SceneError
 from .bake import look_at_steps
+from .colour_attribute import BakeError
 from .modal_steps import SLICE, current, redraw_sidebars
 from .report import counted
 
@@ -29,6 +31,9 @@ class _Watch:
 
     def change(self):
         self.is_stale, self.changed, self.steps = True, time.perf_counter(), None
+
+    def fail(self, problem):
+        self.steps, self.is_stale, self.problem = None, False, problem
 
 
 watch = _Watch()
@@ -79,8 +84,11 @@ def _tick():
         try:
             if not _read(bpy.context):
                 return 0.0
-        except SceneError as error:
-            watch.steps, watch.is_stale, watch.problem = None, False, str(error)
+        except (BakeError, SceneError) as error:
+            watch.fail(str(error))
+        except Exception as error:  # raised further, the next drawing of the panel would only start it again
+            traceback.print_exc()
+            watch.fail(f"The scene could not be read, please report the console's text: {error}")
         redraw_sidebars(bpy.context)
     return None
 
@@ -112,7 +120,7 @@ def summary(settings):
         return "ERROR", watch.problem
     if scan is None:
         return "VIEWZOOM", "Looking at the scene ..."
-    lights = scan.get("lights") or {"count": 0, "sky": False}
+    lights = scan.get("shining") or {"count": 0, "sky": False}
     parts = [counted(len(scan["objects"]), "object")]
     parts += [counted(lights["count"], "light")] if lights["count"] or not lights["sky"] else []
     parts += ["sky"] * lights["sky"] + [f"{len(scan['refused'])} refused"] * bool(scan["refused"])
@@ -122,7 +130,7 @@ def summary(settings):
 def is_dark(settings):
     """Whether there are objects but nothing shines."""
     scan = settings.scan()
-    return bool(scan and scan["objects"] and (lights := scan.get("lights")) and not (lights["count"] or lights["sky"]))
+    return bool(scan and scan["objects"] and (lights := scan.get("shining")) and not (lights["count"] or lights["sky"]))
 
 
 def is_empty(settings):

@@ -14,7 +14,7 @@ from .report import percent
 
 CATEGORY = "Radiosity"  # tab of the sidebar
 TICK = 0.002  # s between timer events: hardly a wait between slices
-SLICE = 0.075  # s of work in each: with the step that ends it, input waits for less than .1 s
+SLICE = 0.085  # s of work in each, at most where the next step takes no longer than the last: input waits no longer
 DRAWING = 0.1  # share of the time that drawing the progress may take
 DRAWN = 0.2, 5.0  # s, least and most from one drawing to the next
 SMOOTHED = 0.2  # weight of the last wait between slices in their mean
@@ -99,7 +99,7 @@ class Steps(Idle):
     def invoke(self, context, event):
         self.in_window, self.steps = True, self.make_steps(context)
         self.stopped_at, self.draw_at, self.is_drawn = time.perf_counter(), 0.0, False
-        self.wait = 0.0
+        self.wait, self.shown = 0.0, None
         timer = context.window_manager.event_timer_add(TICK, window=context.window)
         current.begin(self.steps, timer, self.target, self.can_keep)
         context.window_manager.modal_handler_add(self)
@@ -139,10 +139,14 @@ class Steps(Idle):
             self.draw_at = start + min(max((waited - self.wait) / DRAWING, least), most)
         else:
             self.wait += SMOOTHED * (waited - self.wait)
-        while time.perf_counter() - start < SLICE:
+        now = last = start
+        while 2 * now - last < start + SLICE:
             current.at(next(self.steps))
-        self.stopped_at = time.perf_counter()
-        self.is_drawn = self.stopped_at >= self.draw_at
+            last, now = now, time.perf_counter()
+        self.stopped_at = now
+        shown = current.stage.text, current.can_be_kept()
+        self.is_drawn = self.stopped_at >= self.draw_at or shown != self.shown
+        self.shown = shown
         current.slices.append(self.stopped_at - start)
         if self.is_drawn:
             redraw_sidebars(context)

@@ -21,7 +21,9 @@ def bake_report(context, settings, reading, solution, between, items, points, se
     versions {extension, blender, numpy}; file, scene; settings (those of bpy.ops.pdm.bake)
     objects [{name, kind, label, exactness, baked, reason, domain, vertices, between, error}]: every recognised object;
         exactness 'exact' or 'approximate'; the last four if baked; between: its part of between_vertices; error: its
-        own, relative to its own light
+        own, relative to its own light; of one too coarse also finer [[N, between if each face were N x N]]
+    shining {count, sky}: objects and lights that shine, whether light comes from outside; facing_away [name]: objects
+        that light comes to only from behind
     refused [{name, reason}], the reason goes on after the name; hidden: mesh objects that a render does not show
     lights [{name, type}]: lamps that shine, and suns in the world's map, by Blender's types
     warnings [text]

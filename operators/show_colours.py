@@ -11,15 +11,15 @@ USUAL = {"type": "SOLID", "light": "STUDIO", "color_type": "MATERIAL"}  # of a v
 
 
 def is_shown(screen):
-    """Whether the 3D views of `screen` show colours because we switched them."""
-    return screen is not None and KEPT in screen
+    """Whether a 3D view of `screen` shows colours because we switched it."""
+    return screen is not None and KEPT in screen and any(_shows(shading) for _, shading in _views(screen))
 
 
 def show(screen):
     """Switches every 3D view to flat attribute colours; one that has been switched keeps what it was before."""
     kept = json.loads(screen.get(KEPT, "{}"))
     for index, shading in _views(screen):
-        if all(getattr(shading, name) == value for name, value in SHOWN.items()):
+        if _shows(shading):
             continue
         kept[str(index)] = {name: getattr(shading, name) for name in (*SHOWN, *PLAIN)}
         _set(shading, {**SHOWN, **PLAIN})
@@ -31,13 +31,17 @@ def put_back(screen):
     kept = json.loads(screen.get(KEPT, "{}"))
     screen.pop(KEPT, None)
     for index, shading in _views(screen):
-        if all(getattr(shading, name) == value for name, value in SHOWN.items()):
+        if _shows(shading):
             _set(shading, kept.get(str(index), USUAL))
 
 
 def _views(screen):
     """[(index of the area, shading)] of the 3D views."""
     return [(k, area.spaces.active.shading) for k, area in enumerate(screen.areas) if area.type == "VIEW_3D"]
+
+
+def _shows(shading):
+    return all(getattr(shading, name) == value for name, value in SHOWN.items())
 
 
 def _set(shading, values):

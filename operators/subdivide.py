@@ -13,29 +13,44 @@ from .report import counted
 from .settings import SETTING_NAMES
 
 MOST_TIMES = 256  # parts of an edge at once
-SPARE = 1.25  # times the error is taken for larger: behind edges of shadows it falls more slowly than 1 / N^2
+STEPS = 40  # numbers of parts that are thought of, up to that
+SPARE = 1.25  # times the error is taken for larger: few points are looked at
 BUDGET = 200_000  # vertices
 
 
-def needed(errors, faces, target):
-    """errors (n,) of objects' colours between vertices, faces (n,) of their meshes -> (n,) floats N >= 1, so that with
-    N x N for each face the root of the errors' squares is `target`, with the fewest vertices.
+def needed(curves, faces, target):
+    """curves [[(N, error of an object's colours between vertices with N x N for each face)]] from N = 1 on, faces (n,)
+    of the meshes -> (n,) whole N, so that the root of the errors' squares is `target`, with few vertices.
 
-    Errors fall with 1 / N^2. Least sum of faces N^2 where sum of errors^2 / N^4 is target^2: N^6 in proportion to
-    errors^2 / faces.
+    Step by step, the next is that which lowers the squares by most for each face it makes.
     """
-    times, fine = np.ones(len(errors)), np.asarray(errors) > 0
-    left = target**2
-    while fine.any():
-        share = (errors[fine] ** 2 / faces[fine]) ** (1 / 6)
-        share *= ((errors[fine] ** 2 / share**4).sum() / left) ** 0.25
-        if (share > 1).all():
-            times[fine] = share
+    ladders = [_ladder(curve) for curve in curves]
+    at = [0] * len(ladders)
+    while sum(squares[k] for (_, squares), k in zip(ladders, at)) > target**2:
+        steps = [_step(*ladder, k, count) for ladder, k, count in zip(ladders, at, faces)]
+        gain, k = max((gain, k) for k, (gain, _) in enumerate(steps))
+        if gain <= 0:
             break
-        enough = np.flatnonzero(fine)[share <= 1]
-        fine[enough] = False
-        left -= (errors[enough] ** 2).sum()
-    return times
+        at[k] = steps[k][1]
+    return np.array([parts[k] for (parts, _), k in zip(ladders, at)], int)
+
+
+def _step(parts, squares, at, faces):
+    """(gain, where to): the step on one ladder that lowers the square of the error by most for each face."""
+    if at + 1 == len(parts):
+        return 0.0, at
+    gain = (squares[at] - squares[at + 1 :]) / (faces * (parts[at + 1 :] ** 2 - parts[at] ** 2))
+    return float(gain.max()), at + 1 + int(gain.argmax())
+
+
+def _ladder(curve):
+    """N (k,) and the squares (k,) of the error there, from what was looked at: straight in logarithms between, beyond
+    as 1 / N^2; an error is never taken for larger than that of a smaller N."""
+    parts, errors = np.array(curve, float).T
+    errors = np.maximum(np.minimum.accumulate(errors), np.finfo(float).tiny)
+    found = np.unique(np.rint(np.geomspace(1, MOST_TIMES, STEPS)).astype(int))
+    inside = np.exp(np.interp(np.log(found), np.log(parts), np.log(errors)))
+    return found, np.where(found > parts[-1], errors[-1] * (parts[-1] / found) ** 2, inside) ** 2
 
 
 def too_coarse(report):
@@ -51,12 +66,11 @@ def times_by_report(scene, report, budget):
         return {}, True
     meshes = [scene.objects[entry["name"]].data for entry in entries]
     faces = np.array([len(mesh.polygons) for mesh in meshes], float)
-    errors = SPARE * np.array([entry["between"] for entry in entries])
-    times, full = np.ceil(needed(errors, faces, report["settings"]["target_error"]) - 1e-9), True
+    curves = [[(1, entry["between"]), *map(tuple, entry.get("finer", ()))] for entry in entries]
+    times, full = needed(curves, faces, report["settings"]["target_error"] / SPARE), True
     while (total := sum(map(finer_size, meshes, times))) > budget and times.max() > 1:
         full = False
         times = np.maximum(np.minimum(np.floor(times * np.sqrt(budget / total)), times - (times > 1)), 1)
-    times = np.minimum(times, MOST_TIMES)
     return {entry["name"]: int(n) for entry, n in zip(entries, times, strict=True) if n > 1}, full
 
 

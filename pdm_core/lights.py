@@ -77,8 +77,8 @@ class PointLight(Light):
         """positions (k, 3) m, normals (k, 3) or None, weights (k,)"""
         if self.radius == 0:
             return self.position[None].copy(), None, np.ones(1)
-        normals = lattice(count)
-        return self.position + self.radius * normals, normals, np.full(count, 1 / count)
+        normals = lattice(2 * count)  # half of them look away from any point
+        return self.position + self.radius * normals, normals, np.full(2 * count, 1 / (2 * count))
 
 
 class SpotLight(PointLight):

@@ -661,7 +661,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False)
     target_error, time_limit = _check(scene, target_error, time_limit)
     choice = choose(scene, target_error)
     if choice.by_rays:
-        steps = ray_steps(scene, target_error, time_limit, choice.why)
+        steps = ray_steps(scene, target_error, time_limit, choice.why, enough)
         return (yield from mapped(steps, lambda now: Progress(_done(now[0], target_error), *now)))
     _check_memory(scene)
     state, best = (yield from _set_up(scene, target_error)), _Best(time_limit, target_error, enough)

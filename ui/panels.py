@@ -4,6 +4,7 @@ from bpy.types import Panel, UIList
 
 from ..operators.bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
+from ..operators.example_room import NAME as EXAMPLE
 from ..operators.example_room import PDM_OT_example_room
 from ..operators.graph_image import graph
 from ..operators.listed import LABELS
@@ -21,7 +22,7 @@ from .wrapped import wrapped
 MOST_LISTED = 30  # warnings; the JSON report has them all
 ICONS = {"SPHERE": "MESH_UVSPHERE", "PLANE": "MESH_PLANE", "PLANES": "MESH_CUBE"}
 DARK = "Nothing shines yet: give an object a material with Emission, or the world a colour"
-EMPTY = "Nothing to bake yet: add a UV sphere, a plane, a box, or this room:"
+EMPTY = "Nothing to bake yet: add a UV sphere, a plane, a box, or the example room"
 
 
 class _Sidebar:
@@ -50,7 +51,6 @@ class PDM_PT_bake(_Sidebar, Panel):
             wrapped(layout, context, DARK, "LIGHT")
         if is_empty(settings):
             wrapped(layout, context, EMPTY)
-            layout.operator(PDM_OT_example_room.bl_idname, icon="ADD")
         layout.row().prop(settings, "preset", text="")
         if settings.preset == "CUSTOM":
             layout.prop(settings, "target_error")
@@ -61,6 +61,8 @@ class PDM_PT_bake(_Sidebar, Panel):
             setattr(operator, name, getattr(settings, name))
         if settings.last_report:
             _result(layout, context, settings.report())
+        elif not context.scene.name.startswith(EXAMPLE):
+            layout.operator(PDM_OT_example_room.bl_idname, icon="ADD")
 
 
 def _running(layout, context):
@@ -73,9 +75,6 @@ def _running(layout, context):
         row.label(text=f"about {left:.0f} s left")
     if current.target:
         column.label(text=f"Error {percent(stage.error)}, target {percent(current.target)}", icon="DRIVER_DISTANCE")
-    history = [tuple(row) for row in current.history]
-    if history:
-        picture(layout, "running", str(history), lambda: graph([history], current.target or None))
     row = layout.row(align=True)
     row.scale_y = 1.3
     row.operator(PDM_OT_stop.bl_idname, icon="EVENT_ESC").keep = False
@@ -83,6 +82,9 @@ def _running(layout, context):
         keep = layout.row()
         keep.enabled = current.can_be_kept()
         keep.operator(PDM_OT_stop.bl_idname, text="Keep the Best So Far", icon="CHECKMARK").keep = True
+    history = [tuple(row) for row in current.history]
+    if history:
+        picture(layout, "running", str(history), lambda: graph([history], current.target or None))
 
 
 def _result(layout, context, report):
@@ -113,7 +115,6 @@ class PDM_PT_advanced(_Part, Panel):
         for name in SETTING_NAMES:
             layout.prop(settings, name)
         layout.prop(settings, "show_after_bake")
-        layout.operator(PDM_OT_example_room.bl_idname, icon="ADD")
 
 
 class PDM_UL_objects(UIList):

@@ -118,6 +118,8 @@ def ball_place(at):
 def seen_from(facets, centre, receivers, skip=-1):
     """(n,) Whether nothing stands between receivers and a point, centre (3,) m; skip: a shape that hides nothing."""
     out = np.ones(len(receivers), bool)
+    if not len(receivers):
+        return out
     offset = receivers.points - centre
     size = np.abs(offset)
     axis = size.argmax(axis=1)
@@ -317,6 +319,8 @@ def _pairs(x, y, low, high):
     """Yields (receiver, shape) (p,) index arrays, sorted by cell and receiver: shapes whose boxes low, high (2, m) may
     hold the receivers' places x, y (n,)."""
     n = len(x)
+    if not n:
+        return
     side = int(np.clip(np.sqrt(n / PER_CELL), 1, CELLS))
     lines = [_quantiles(a, side) for a in (x, y)]
     cell = np.searchsorted(lines[0], x, "right") * side + np.searchsorted(lines[1], y, "right")
@@ -340,7 +344,7 @@ def _pairs(x, y, low, high):
     own = cell.take(order)
     each = number.take(own)
     ends = np.cumsum(each)
-    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1] if n else 0, CANDIDATES)))
+    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1], CANDIDATES)))
     for a, b in zip(cuts, np.append(cuts[1:], n)):
         some = each[a:b]
         total = int(some.sum())

@@ -125,7 +125,7 @@ class RayApproach:
                 return
 
 
-def ray_steps(scene, target_error, time_limit, why):
+def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
     """Generator of (error, seconds); returns the RaySolution, warnings for the caller to add. Closing it cancels."""
     begun = time.perf_counter()
     set_up = in_thread(RayApproach, scene, target_error, why)
@@ -133,6 +133,8 @@ def ray_steps(scene, target_error, time_limit, why):
     state = approach.state
     for _ in approach.steps():
         yield state.error, state.elapsed()
+        if approach.best is not None and enough():
+            break
         late = time_limit is not None and state.elapsed() - time_limit
         if late and late > 0 and approach.best is not None:
             break
