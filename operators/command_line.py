@@ -95,9 +95,11 @@ def _words(options):
     """The settings of a bake as the command line has them."""
     words = [] if options.objects == "ALL" else ["--objects", *options.objects]
     for name in SETTING_NAMES:
-        if name not in ("objects", "heat_map"):
-            words.append(f"--{name.replace('_', '-')}={getattr(options, name)}")
-    words += ["--heat-map"] * options.heat_map
+        option, value = f"--{name.replace('_', '-')}", getattr(options, name)
+        if isinstance(value, bool):
+            words += [option] * value
+        elif name != "objects":
+            words.append(f"{option}={value}")
     return words + ([f"--subdivide={options.subdivide}"] if options.subdivide else [])
 
 

