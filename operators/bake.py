@@ -10,8 +10,8 @@ import numpy as np
 from ..pdm_core import solve_steps
 from ..pdm_core.plan import lit
 from ..pdm_core.signs_of_life import finish, in_thread, mapped
-from .bake_points import bake_points, corners_of, joined
-from .between_vertices import between_steps
+from .bake_points import bake_points, corners_of
+from .between_vertices import between_steps, looks_between
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .error_map import error_name, heat_map, names_written
 from .field_at import Field
@@ -75,9 +75,10 @@ def bake_steps(context, settings, enough=lambda: False):
         solution = yield from _solve(reading.scene, settings, seconds["read"], enough)
     with _timed(seconds, "evaluate"):
         field = Field(solution, settings.quantity)
-        values = yield from _evaluate(field, points)
+        looks = looks_between(targets, points)
+        values, here = yield from _evaluate(field, points, looks)
     with _timed(seconds, "check"):
-        steps = between_steps(field, targets, points, values, settings.target_error)
+        steps = between_steps(field, targets, points, values, looks, here, settings.target_error)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
     with ExitStack() as undo:  # of what was written, where anything after it fails
         with _timed(seconds, "write"):
@@ -188,8 +189,9 @@ def _solve(scene, settings, spent, enough):
     return (yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
 
 
-def _evaluate(field, points):
-    """[(k, 3) float64 a bake object]: the field where each is read off, all at once."""
+def _evaluate(field, points, looks):
+    """The field where colours are read off, [(k, 3)] a bake object, and between its vertices, [(n, 3)]: all at once."""
+    steps = field.at_places([p.places() for p in points] + [look.places() for look in looks])
     error = field.solution.error
-    values = yield from mapped(field.steps(*joined(points)), lambda done: Stage("Evaluating vertices", done, error))
-    return np.split(values, np.cumsum([len(p.points) for p in points])[:-1])
+    values = yield from mapped(steps, lambda done: Stage("Evaluating vertices", done, error))
+    return values[: len(points)], values[len(points) :]

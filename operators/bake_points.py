@@ -26,6 +26,12 @@ class BakePoints:
         """(k,) the surface of each point."""
         return np.concatenate([np.full(stop - start, surface) for surface, start, stop in self.runs])
 
+    def places(self):
+        """surfaces (k,), points, normals and inward (k, 3), nan where there are none."""
+        none = np.full(self.points.shape, np.nan)
+        normals, inward = (none if value is None else value for value in (self.normals, self.inward))
+        return self.surfaces, self.points, normals, inward
+
     def colours(self, values):
         """values (k, 3) -> (n points or corners, 4) float32, alpha 1; a vertex of several surfaces gets their mean."""
         colours = np.ones((self.size, 4), np.float32)
@@ -71,15 +77,6 @@ def bake_points(surface, vertex, world, normals, middles, domain):
         None if normals is None else normals[first],
         None if middles is None else middles[first],
     )
-
-
-def joined(points):
-    """surfaces (n,), points, normals and inward (n, 3) of several BakePoints in turn; of those that have none nan."""
-    normals, inward = (
-        np.concatenate([np.full(p.points.shape, np.nan) if value is None else value for p, value in each])
-        for each in ([(p, p.normals) for p in points], [(p, p.inward) for p in points])
-    )
-    return np.concatenate([p.surfaces for p in points]), np.concatenate([p.points for p in points]), normals, inward
 
 
 def _numbered(keys, normals):

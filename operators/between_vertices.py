@@ -29,45 +29,43 @@ class Between:
         return order[: int(np.argmax(left <= target)) + 1] if self.error > target else order[:0]
 
 
-def between_steps(field, targets, points, values, allowed):
-    """Generator of the fraction done; returns Between. Points are random, of a fixed seed.
-
-    field: the Field that is baked, before the exposure; values: [(k, 3)] of it at the BakePoints `points`; allowed: the
-    error from which on finer meshes are looked at.
-    """
+def looks_between(targets, points):
+    """[Look] of each object at its BakePoints: random places between its vertices, of a fixed seed."""
     total = sum(p.size for p in points)
     least = int(np.clip(MOST // len(points), FEW, MANY))
+    rng = np.random.default_rng(1)
+    return [
+        Look(target, p, least + int(min(SHARE * total, MOST) * p.size / total), rng)
+        for target, p in zip(targets, points, strict=True)
+    ]
+
+
+def between_steps(field, targets, points, values, looks, here, allowed):
+    """Generator of the fraction done; returns Between.
+
+    field: the Field that is baked, before the exposure; values: [(k, 3)] of it at the BakePoints `points`; here [(n, 3)]
+    at the places of `looks`; allowed: the error from which on finer meshes are looked at.
+    """
     rng, norm = np.random.default_rng(1), field.solution.norm or np.inf  # nothing was to be found
-    looks = []
-    for target, p in zip(targets, points, strict=True):
-        looks.append(_Look(target, p, least + int(min(SHARE * total, MOST) * p.size / total), rng))
-    here = yield from _light(field, [look.places() for look in looks])
     colours = [p.colours(value)[:, :3].astype(float) for p, value in zip(points, values, strict=True)]
     parts = [look.norm(look.between(c) - h, field) for look, c, h in zip(looks, colours, here, strict=True)]
     between = Between(float(np.sqrt((np.array(parts) ** 2).sum())) / norm, np.array(parts) / norm)
     coarse = between.too_coarse(allowed)
-    looks = {int(k): _Look(targets[k], points[k], max(LOOKED // len(coarse), LEAST_LOOKED), rng) for k in coarse}
-    here = yield from _light(field, [look.places() for look in looks.values()])
-    here = dict(zip(looks, here, strict=True))
-    between.finer.update({k: [] for k in looks})
-    for times in FINER:
-        left = [k for k in looks if not between.finer[k] or between.finer[k][-1][1] >= allowed / (2 * len(coarse))]
-        ends = yield from _light(field, [looks[k].finer_places(times) for k in left])
-        for k, values in zip(left, ends, strict=True):
-            wrong = looks[k].between_finer(times, values.reshape(-1, 3, 3)) - here[k]
-            between.finer[k].append((times, looks[k].norm(wrong, field) / norm))
+    looks = {int(k): Look(targets[k], points[k], max(LOOKED // len(coarse), LEAST_LOOKED), rng) for k in coarse}
+    places = [places for look in looks.values() for places in (look.places(), *map(look.finer_places, FINER))]
+    found = iter((yield from field.at_places(places, roughly=True)))
+    for k, look in looks.items():
+        here, between.finer[k] = next(found), []
+        for times in FINER:
+            wrong = look.between_finer(times, next(found).reshape(-1, 3, 3)) - here
+            between.finer[k].append((times, look.norm(wrong, field) / norm))
+    for finer in between.finer.values():
+        enough = [k for k, (_, error) in enumerate(finer) if error < allowed / (2 * len(coarse))]
+        del finer[enough[0] + 1 if enough else len(finer) :]
     return between
 
 
-def _light(field, places):
-    """[(n, 3)] the field at several places, each (surfaces, points, normals, inward), all at once; yields."""
-    if not places:
-        return []
-    found = yield from field.steps(*(np.concatenate(part) for part in zip(*places)))
-    return np.split(found, np.cumsum([len(place[0]) for place in places])[:-1])
-
-
-class _Look:
+class Look:
     """Random points of one object and where they are in the mesh's triangles."""
 
     def __init__(self, target, points, count, rng):

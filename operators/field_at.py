@@ -12,7 +12,7 @@ class Field:
     solution: Solution
     quantity: str
 
-    def steps(self, surface, points, normals=None, inward=None):
+    def steps(self, surface, points, normals=None, inward=None, roughly=False):
         """At points (n, 3) m of surfaces (n,) -> (n, 3): generator of the fraction done.
 
         Of meshes with the normals (n, 3) that their surfaces' sides are shaded with and points inward (n, 3) m of their
@@ -20,4 +20,11 @@ class Field:
         """
         solution = self.solution
         read = solution.radiance_steps if self.quantity == "RADIANCE" else solution.incident_steps
-        return read(surface, points, normals, inward)
+        return read(surface, points, normals, inward, roughly)
+
+    def at_places(self, places, roughly=False):
+        """[(n, 3)] at several places, each (surfaces, points, normals, inward) as in steps, all at once: generator."""
+        if not places:
+            return []
+        found = yield from self.steps(*(np.concatenate(part) for part in zip(*places)), roughly)
+        return np.split(found, np.cumsum([len(place[0]) for place in places])[:-1])

@@ -94,7 +94,7 @@ class Solution(ReadOff):
         norm = self.surface_norms[surfaces]
         return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
 
-    def incident_steps(self, surface, points, normals=None, inward=None):
+    def incident_steps(self, surface, points, normals=None, inward=None, roughly=False):
         """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
         out, done, chunk = np.empty((len(points), 3)), 0, FIRST_CHUNK
         while done < len(points):

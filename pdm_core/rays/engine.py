@@ -23,14 +23,16 @@ POWER = 0.72  # the error of n directions falls as n to this
 HALF = 0.62  # error of all rays, of what half of them differ from all: every second one is spread less evenly
 SAFETY = 1.9  # of what halves and surpluses tell to what is stated
 CHECKED = 256  # points where the error is found
+LEAST_TOLD = 1e-3
 SOLVED = 0.02  # relative residual of the linear system, of the target
 STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
-SHARES = {"rays": 0.5, "nodes": 0.4, "sent": 0.75}  # of the error that is left, each part's at most
+SHARES = {"rays": 0.5, "shadows": 0.35, "nodes": 0.35, "sent": 0.7}  # of the error that is left, each part's at most
 REACHED = 0.95  # of the target: what is worked towards
 STEP, MOST_MORE = 32, 3.0  # of directions where colours are read; how many times more at once, as few points tell it
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
+ROOT = 1.25  # of errors' mean size: their root mean square, were they normally distributed
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
 HALVED = 0.6  # of the error of cells, what halves of them leave
@@ -57,6 +59,7 @@ class RayState:
         self.read = RAYS  # directions where colours are read
         self.error, self.level = float("inf"), 0.0
         self.looked = self.looked_rays = None
+        self.told = TOLD
 
     def elapsed(self):
         """s since the beginning"""
@@ -119,10 +122,9 @@ class RayState:
         square = np.bincount(self.nodes.surface, weight * (reflected**2).sum(axis=1), len(self.scene))
         self.surface_norms = np.sqrt(square)
         self.norm = float(np.sqrt(square.sum()))
-        # of each surface: the square of the error that counts as all, were it as large everywhere
-        areas, reflecting = self.scene.areas, max(self.scene.areas[self.reflects].sum(), 1e-300)
-        mean = np.maximum(square / areas, DIM**2 * self.norm**2 / reflecting)
-        self.own_square = mean * reflecting
+        reflecting = max(self.scene.areas[self.reflects].sum(), 1e-300)
+        # of each surface: the mean square that its errors count against
+        self.own_square = np.maximum(square / self.scene.areas, DIM**2 * self.norm**2 / reflecting)
         area = self.scene.areas[self.reflects].sum()
         self.level = self.norm / max(np.sqrt(area), 1e-300) / max(rho.max(initial=0.0), 1e-3)
         once = (weight[:, None] * rho * outer).sum()
@@ -156,12 +158,12 @@ class RayState:
         a, b = total / np.maximum(weight, 1e-300)[..., None]
         return total.sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None], (a - b) / 2
 
-    def incident(self, receivers):
+    def incident(self, receivers, roughly=False):
         """Irradiance / pi (n, 3) at receivers, and how far its direct part (n,) and the rest (n, 3) may be off; yields."""
-        tolerance = np.full(len(receivers), TOLD * self.target * self.level)
-        points = READ[self.target > COARSE]
+        tolerance = np.full(len(receivers), self.told * self.target * self.level)
+        points = READ[roughly or self.target > COARSE]
         factor, off = yield from self.shares.at(receivers, tolerance, points)
-        rest, unsure = yield from self.gather(receivers, self.read)
+        rest, unsure = yield from self.gather(receivers, min(RAYS, self.read) if roughly else self.read)
         return np.einsum("nkc,kc->nc", factor, self.light) + rest, off, HALF * unsure
 
     # -- error ---------------------------------------------------------------------------------------------------
@@ -173,17 +175,18 @@ class RayState:
         weight, rho, off = self.looked
         unsure = HALF * Gathered(self.looked_rays, nodes, scene).unsure(self.sent)
         there = self.places.surface
-        rays = self._relative(there, weight * ((rho * unsure) ** 2).sum(axis=1))
-        shadows = self._relative(there, weight * (rho.max(axis=1) * off) ** 2)
+        rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
+        shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
         own = HALF * self.rows.unsure(self.sent)
         reflected = nodes.reflectance * own
         mean = np.linalg.norm((nodes.weight[:, None] * reflected).sum(axis=0)) / np.sqrt(nodes.weight.sum())
         self.node_error = np.linalg.norm(reflected, axis=1)
-        rms = self._relative(nodes.surface, nodes.weight * self.node_error**2)
+        rms = self._relative(nodes.surface, nodes.weight, self.node_error**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
         self.surplus = nodes.surpluses(self.sent, self.spread * nodes.reflectance.max(axis=1))
-        every = np.arange(len(scene))
-        sent = SOURCE * self._relative(every, (self.surplus**2).sum(axis=1)) * max(1.0, CANCEL * self.gain)
+        some = np.flatnonzero(self.reflects)
+        square = (self.surplus**2).sum(axis=1)[some] / scene.areas[some]
+        sent = SOURCE * self._relative(some, scene.areas[some], square) * max(1.0, CANCEL * self.gain)
         self.parts = {
             "rays": rays,
             "shadows": shadows,
@@ -195,19 +198,20 @@ class RayState:
         self._each(rays / max(rms, 1e-300))
         self.history.append((self.elapsed(), self.error))
 
-    def _relative(self, surface, square):
-        """Squares (k,) of errors' L2 norms on surfaces (k,) -> their sum's root, of all light or, where that is more, of
-        each surface's own: what lies in the dark is to be right too."""
-        whole = np.sqrt(square.sum()) / max(self.norm, 1e-300)
-        each = square / np.maximum(self.own_square[surface], 1e-300)
-        return float(max(whole, np.sqrt(each.sum())))
+    def _relative(self, surface, weight, square):
+        """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,
+        where that is more, of each surface's own in the mean: what lies in the dark is to be right too, but a dark
+        place that all but no light comes to is not to rule all."""
+        whole = np.sqrt((weight * square).sum()) / max(self.norm, 1e-300)
+        each = np.sqrt(square / np.maximum(self.own_square[surface], 1e-300))
+        return float(max(whole, ROOT * (weight * each).sum() / max(weight.sum(), 1e-300)))
 
     def look(self):
         """Direct light and rays at random points, as where colours are read: once, and anew where that gets finer; yields."""
         if self.looked is None:
             surface, points, weight = check_points(self.scene, self.reflects, CHECKED)
             self.places = Placed(self.facets, surface, points)
-            tolerance = np.full(len(points), TOLD * self.target * self.level)
+            tolerance = np.full(len(points), self.told * self.target * self.level)
             off = (yield from self.shares.at(self.places, tolerance, READ[self.target > COARSE]))[1]
             rho = np.empty((len(points), 3))
             for k in np.unique(surface):
@@ -254,15 +258,19 @@ class RayState:
             more = STEP * np.ceil(np.clip(more, 1.5 * self.read, MOST_MORE * self.read) / STEP)
             self.read = int(min(more, MOST_RAYS))
             did = True
+        if parts["shadows"] > SHARES["shadows"] * allowed and self.told > LEAST_TOLD:
+            self.told *= max(0.7 * SHARES["shadows"] * allowed / parts["shadows"], 0.1)
+            self.looked, did = None, True
         if parts["nodes"] > SHARES["nodes"] * allowed:
-            did |= yield from self.trace_finer()
+            did |= yield from self.trace_finer(parts["nodes"] / SHARES["nodes"] / allowed)
         if parts["sent"] > SHARES["sent"] * allowed:
             did |= yield from self.refine(parts["sent"] / SHARES["sent"] / allowed)
         return did
 
-    def trace_finer(self):
-        """Four times the directions at the nodes, where memory has room; yields."""
-        count = 4 * len(self.traced.directions)
+    def trace_finer(self, excess):
+        """More directions at the nodes, whose error is so many times too large, where memory has room; yields."""
+        count = int(np.ceil(len(self.traced.directions) * min(excess, MOST_MORE) ** (1 / POWER)))
+        count += count % 2
         if Traced.bytes_for(len(self.nodes), count) > RAY_MEMORY:
             return False
         self.traced = Traced(len(self.nodes), directions(count))
@@ -274,7 +282,7 @@ class RayState:
 
     def refine(self, excess):
         """Halve the cells of the surfaces that hold most of the error of what is sent; yields."""
-        square = self.surplus**2 / np.maximum(self.own_square, 1e-300)[:, None]
+        square = self.surplus**2 / np.sqrt(np.maximum(self.own_square, 1e-300))[:, None]
         order = np.argsort(square, axis=None)
         kept = np.cumsum(square.ravel()[order]) / max(square.sum(), 1e-300)
         worst = order[(kept + HALVED**2 * (1 - kept) > (REACHED / excess) ** 2) & (kept > KEPT_WHOLE)]

@@ -35,14 +35,14 @@ class RaySolution(ReadOff):
         norm = self.surface_norms[surfaces]
         return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
 
-    def incident_steps(self, surface, points, normals=None, inward=None):
+    def incident_steps(self, surface, points, normals=None, inward=None, roughly=False):
         """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
         out, n = np.empty((len(points), 3)), max(len(points), 1)
         for start in range(0, len(points), READ_AT_ONCE):
             part = slice(start, start + READ_AT_ONCE)
             own = [None if a is None else a[part] for a in (normals, inward)]
             receivers = Placed(self._state.facets, surface[part], points[part], *own)
-            steps, done, size = self._state.incident(receivers), 0, len(receivers)
+            steps, done, size = self._state.incident(receivers, roughly), 0, len(receivers)
             while True:
                 try:
                     next(steps)
