@@ -43,8 +43,8 @@ def looks_between(targets, points):
 def between_steps(field, targets, points, values, looks, here, allowed):
     """Generator of the fraction done; returns Between.
 
-    field: the Field that is baked, before the exposure; values: [(k, 3)] of it at the BakePoints `points`; here [(n, 3)]
-    at the places of `looks`; allowed: the error from which on finer meshes are looked at.
+    field: the Field that is baked, before the exposure; values: [(k, 3)] of it at the BakePoints `points`; here
+    [(n, 3)] at the places of `looks`; allowed: the error from which on finer meshes are looked at.
     """
     rng, norm = np.random.default_rng(1), field.solution.norm or np.inf  # nothing was to be found
     colours = [p.colours(value)[:, :3].astype(float) for p, value in zip(points, values, strict=True)]

@@ -114,8 +114,8 @@ def plan_by_rays(scene, target, why):
 
 
 def lit(scene):
-    """(n surfaces,) Whether light may come to each, as in Plan.reached, without the rest of the plan; of many shapes, or
-    of others than planes and spheres, nothing is known beforehand."""
+    """(n surfaces,) Whether light may come to each, as in Plan.reached, without the rest of the plan; of many shapes,
+    or of others than planes and spheres, nothing is known beforehand."""
     if len(scene) > KNOWN or not all(isinstance(s, Plane | Sphere) for s in scene.shapes):
         return np.ones(len(scene), bool)
     scene = settle(scene)[0]

@@ -21,8 +21,8 @@ class ReadOff:
         return finish(self.radiance_steps(*self._of_one(surface_index, points), normals, inward))
 
     def radiance_steps(self, surface, points, normals=None, inward=None, roughly=False):
-        """Radiance (n, 3) at points (n, 3) m of surfaces (n,): generator of the fraction done. roughly: where differences
-        between near points count, not the light itself."""
+        """Radiance (n, 3) at points (n, 3) m of surfaces (n,): generator of the fraction done. roughly: where
+        differences between near points count, not the light itself."""
         light = yield from self.incident_steps(surface, points, normals, inward, roughly)
         scene = self.scene
         out = scene.emission[surface] + scene.reflectance[surface] * light

@@ -159,7 +159,7 @@ class RayState:
         return total.sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None], (a - b) / 2
 
     def incident(self, receivers, roughly=False):
-        """Irradiance / pi (n, 3) at receivers, and how far its direct part (n,) and the rest (n, 3) may be off; yields."""
+        """Irradiance / pi (n, 3) at receivers, how far its direct part (n,) and the rest (n, 3) may be off; yields."""
         tolerance = np.full(len(receivers), self.told * self.target * self.level)
         points = READ[roughly or self.target > COARSE]
         factor, off = yield from self.shares.at(receivers, tolerance, points)
@@ -207,7 +207,7 @@ class RayState:
         return float(max(whole, ROOT * (weight * each).sum() / max(weight.sum(), 1e-300)))
 
     def look(self):
-        """Direct light and rays at random points, as where colours are read: once, and anew where that gets finer; yields."""
+        """Direct light and rays at random points, as where colours are read, anew where that gets finer; yields."""
         if self.looked is None:
             surface, points, weight = check_points(self.scene, self.reflects, CHECKED)
             self.places = Placed(self.facets, surface, points)
@@ -222,8 +222,8 @@ class RayState:
             yield from self.looked_rays.trace(self.facets, lambda _: self.places, np.arange(len(self.places)))
 
     def _each(self, scale):
-        """surface_errors (n surfaces,): of each one's own light: of its nodes' rays, to what rays where colours are read
-        tell, and its part of all the rest."""
+        """surface_errors (n surfaces,): of each one's own light: of its nodes' rays, as large as those are where colours
+        are read, and its part of all the rest."""
         nodes, count = self.nodes, len(self.scene)
         self.node_error *= scale
         own = np.sqrt(np.bincount(nodes.surface, nodes.weight * self.node_error**2, count))

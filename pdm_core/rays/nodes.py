@@ -1,8 +1,8 @@
 """Where reflected light is kept: in cells over the charts of surfaces, at merged vertices of meshes.
 
 The light of a cell is its mean: each direction starts at another place of it, so that what is sent on is right in sum
-wherever shadows end, and nothing hangs on single points in corners. Between the cells' middles it is bilinear; of a mesh
-linear on its faces.
+wherever shadows end, and nothing hangs on single points in corners. Between the cells' middles it is bilinear; on the
+faces of a mesh linear.
 """
 
 import copy
@@ -224,8 +224,8 @@ class Nodes:
         return self.alias.take(node), np.stack([(1 - x) * (1 - y), (1 - x) * y, x * (1 - y), x * y], axis=1)
 
     def surpluses(self, value, uneven):
-        """Values (n, c) of the nodes, and how uneven (n,) the light within each is -> (n surfaces, 2): L2 errors, m times
-        the value's unit, that cells half as large are expected to show along each axis of the charts; of meshes once."""
+        """Values (n, c) of the nodes, and how uneven (n,) the light within each is -> (n surfaces, 2): L2 errors, m
+        times the value's unit, that cells half as large may show along each axis of the charts; of meshes once."""
         out = np.zeros((len(self.number), 2))
         areas = self.facets.scene.areas
         within = np.bincount(self.surface, self.weight * uneven**2, len(out))
@@ -271,8 +271,8 @@ class Nodes:
 
 
 def _halves_off(v, round_):
-    """Values v (cells, ...) along an axis, an even number -> of the same shape: what they differ from those interpolated
-    between the means of pairs; round_: whether the last is next to the first."""
+    """Values v (cells, ...) along an axis, an even number -> of the same shape: what they differ from those
+    interpolated between the means of pairs; round_: whether the last is next to the first."""
     mean = (v[::2] + v[1::2]) / 2
     if round_:
         before, after = np.roll(mean, 1, axis=0), np.roll(mean, -1, axis=0)

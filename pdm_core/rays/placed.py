@@ -18,8 +18,8 @@ TRIANGLES = 1 << 18  # pairs of points and triangles compared at once
 class Placed(Receivers):
     """Receivers at points (n, 3) m near surfaces (n,): points on them, at exact places (n, 3) m in the scene.
 
-    normals (n, 3): shading normals of points on meshes, of the surface's side, nan or None for the mesh's own; middle (n, 3) m: a point of
-    the face that a point of a mesh belongs to, nan or None for the nearest.
+    normals (n, 3): shading normals of points on meshes, of the surface's side, nan or None for the mesh's own; middle
+    (n, 3) m: a point of the face that a point of a mesh belongs to, nan or None for the nearest.
     """
 
     def __init__(self, facets, surface, points, normals=None, middle=None):

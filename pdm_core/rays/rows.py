@@ -1,4 +1,4 @@
-"""What receivers get from the nodes: hits of their rays as sparse rows, traced bundle by bundle, in halves for the error."""
+"""What receivers get from the nodes: hits of their rays as sparse rows, in halves of the rays for the error."""
 
 import numpy as np
 
@@ -10,13 +10,13 @@ MISS = -1
 
 
 def directions(count):
-    """Unit directions (count, 3) spread evenly over the half of the sphere, each of which stands for its opposite too."""
+    """Unit directions (count, 3) spread evenly over half of the sphere, each standing for its opposite too."""
     return lattice(2 * count)[:count]
 
 
 class Traced:
-    """Rays of n receivers along m directions: code (n, m) int32, twice the facet, one more where its back is met, -1 where
-    nothing; at (n, m, 2) float32 on it; cosine (n, m) float32 to the receiver's normal; directions (m, 3)."""
+    """Rays of n receivers along m directions: code (n, m) int32, twice the facet, one more where its back is met, -1
+    where nothing; at (n, m, 2) float32 on it; cosine (n, m) float32 to the receiver's normal; directions (m, 3)."""
 
     def __init__(self, count, directions):
         self.directions = directions
@@ -100,8 +100,8 @@ class Gathered:
 
 
 def from_sky(missed, cosine, directions, scene):
-    """Light (n, 3) from outside along directions (m, 3), or against them where the cosine (n, m) is negative, weighted by
-    missed (n, m)."""
+    """Light (n, 3) from outside along directions (m, 3), or against them where the cosine (n, m) is negative, weighted
+    by missed (n, m)."""
     if scene.sky is None:
         return missed.sum(axis=1)[:, None] * scene.background
     along, against = scene.sky_at(directions), scene.sky_at(-directions)

@@ -54,8 +54,8 @@ class RaySolution(ReadOff):
         return np.maximum(out, 0.0)
 
     def estimated_error(self, surface_index, points):
-        """points (n, 3) m, projected onto the surface -> (n,) estimated error of the radiance there, in its unit: where it
-        is likely to be large, not a bound at each point."""
+        """points (n, 3) m, projected onto the surface -> (n,) estimated error of the radiance there, in its unit: where
+        it is likely to be large, not a bound at each point."""
         index(surface_index, len(self.scene), "surface_index")
         area = self.scene.areas[surface_index]
         own = self.surface_errors[surface_index] * self.surface_norms[surface_index] / np.sqrt(area)

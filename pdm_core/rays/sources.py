@@ -1,4 +1,4 @@
-"""What shines: emitting surfaces and lights, each with what it would give unhidden and with points that stand for it."""
+"""What shines: emitting surfaces and lights, what each would give unhidden and points that stand for it."""
 
 import copy
 
