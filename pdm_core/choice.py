@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from .scene import Plane, Sphere
 
 # Fitted to measured runs of 5 to 300 boxes, balls and planes at targets of 4 to .25 %, on one thread.
-LINK, BLOCKED = 1e-5, 0.1  # s a pair of a node and a surface that face each other; more for each shape that may hide
+LINK, BLOCKED = 3e-5, 0.1  # s a pair of a node and a surface that face each other; more for each shape that may hide
 NODES, FACING = 25, 0.5  # of a surface at first; of the surfaces, that a node sees
 PLURALS = {"Polygon": "polygons", "Mesh": "meshes"}
 FINER_LINKS, FINER_RAYS = 0.5, 1.8  # powers of the target's reciprocal

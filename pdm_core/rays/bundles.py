@@ -10,6 +10,7 @@ import numpy as np
 
 PER_CELL = 2.0  # receivers
 CELLS = 250  # along each axis at most: their product fits the sixteen bits that are sorted fast
+TABLE = 4096  # entries of the table that finds shapes' cells
 SAMPLED = 4096  # receivers whose places tell the quantiles
 CANDIDATES = 1 << 15  # pairs tested at once
 EDGE = 1e-9  # of a facet: how far beside it a ray still meets it, lest one slip between two
@@ -55,8 +56,9 @@ def along(facets, direction, receivers):
     affine, low, high = _affine(facets, plane)
     ball = _ball_boxes(facets, plane)
     low, high = np.concatenate([low, ball[0]], axis=1), np.concatenate([high, ball[1]], axis=1)
+    quadrics = _Quadrics(facets, plane.T @ np.diag([1.0, 1.0, 0.0]), plane[2], np.zeros(3))
     n, m = len(x), facets.count
-    nearest, shape = np.full(n, -1), facets.shape
+    nearest, reached, shape = np.full(n, -1), np.full(n, np.inf), facets.shape
     for who, which in _pairs(x, y, low, high):
         depth = np.full(len(who), np.inf)
         flat = np.flatnonzero(which < m)
@@ -70,17 +72,19 @@ def along(facets, direction, receivers):
         round_ = np.flatnonzero(which >= m)
         if len(round_):
             r, k = who[round_], which[round_]
-            depth[round_] = _ball_depth(facets, k - m, r, sign[r, None] * direction, receivers)
+            ends = quadrics.ends(k - m, x.take(r), y.take(r)) - z.take(r)
+            own = receivers.own.take(r) == shape.take(k)
+            depth[round_] = _first(np.sort(sign.take(r) * ends, axis=0), r, own, receivers)
         first = np.flatnonzero(np.diff(who, prepend=-1))
         best = np.minimum.reduceat(depth, first)
         length = np.diff(first, append=len(who))
         hit = np.flatnonzero((depth == np.repeat(best, length)) & (depth < np.inf))
-        nearest[who[hit]] = which[hit]
-    return _described(facets, nearest, affine, x, y, sign[:, None] * direction, receivers)
+        nearest[who[hit]], reached[who[hit]] = which[hit], depth[hit]
+    return _described(facets, nearest, reached, affine, x, y, sign[:, None] * direction, receivers)
 
 
-def _described(facets, nearest, affine, x, y, direction, receivers):
-    """The Hits of the nearest facets and balls (n,), of rays along direction (n, 3)."""
+def _described(facets, nearest, best, affine, x, y, direction, receivers):
+    """The Hits of the nearest facets and balls (n,), at distances best (n,) m of rays along direction (n, 3)."""
     n, m = len(nearest), facets.count
     at, front = np.zeros((n, 2), np.float32), np.zeros(n, bool)
     r = np.flatnonzero((nearest >= 0) & (nearest < m))
@@ -92,8 +96,7 @@ def _described(facets, nearest, affine, x, y, direction, receivers):
     r = np.flatnonzero(nearest >= m)
     if len(r):
         k = nearest[r] - m
-        depth = _ball_depth(facets, k, r, direction[r], receivers)
-        place = receivers.points[r] + depth[:, None] * direction[r]
+        place = receivers.points[r] + best[r, None] * direction[r]
         local = np.einsum("nij,nj->ni", facets.ball_inverse[k], place - facets.ball_centre[k])
         at[r] = ball_chart(local)
         out = np.einsum("nji,nj->ni", facets.ball_inverse[k], local)
@@ -146,6 +149,7 @@ def _seen_through(facets, centre, plane, receivers, skip):
     ball = _ball_cones(facets, centre, plane)
     ball[0][:, shape[m:] == skip] = np.inf
     low, high = np.concatenate([low, ball[0]], axis=1), np.concatenate([high, ball[1]], axis=1)
+    quadrics = _Quadrics(facets, np.zeros((3, 3)), plane.T, centre)
     triangle, of, count = facets.triangle[before], np.append(before, np.arange(m, len(shape))), len(before)
     length = np.sqrt(1 + x * x + y * y)
     # what ends before the receiver by as much as it keeps from its own surface hides it
@@ -165,23 +169,12 @@ def _seen_through(facets, centre, plane, receivers, skip):
         round_ = np.flatnonzero(which >= count)
         if len(round_):
             r, k = who[round_], which[round_] - count
-            out[r[_ball_between(facets, k, centre, receivers, r)]] = False
+            near, far = quadrics.ends(k, x.take(r), y.take(r))
+            end = 1 / limit.take(r) * (1 - FAR)
+            least = FAR * end
+            through = ((near > least) & (near < end)) | ((far > least) & (far < end))
+            out[r[through & (receivers.own.take(r) != shape.take(k + m))]] = False
     return out
-
-
-def _ball_between(facets, k, centre, receivers, r):
-    """(p,) Whether balls k (p,) hide the centre from receivers r (p,)."""
-    inverse = facets.ball_inverse[k]
-    p = np.einsum("pij,pj->pi", inverse, receivers.points[r] - facets.ball_centre[k])
-    d = np.einsum("pij,pj->pi", inverse, centre - receivers.points[r])
-    a, b, c = (np.einsum("pi,pi->p", *pair) for pair in ((d, d), (p, d), (p, p)))
-    reach = b * b - a * (c - 1)
-    root = np.sqrt(np.maximum(reach, 0.0))
-    near, far = (-b - root) / a, (-b + root) / a
-    own = receivers.own[r] == facets.shape[facets.count + k]
-    eps = FAR + receivers.start[r] / np.maximum(np.linalg.norm(centre - receivers.points[r], axis=1), 1e-300)
-    through = [(v > np.maximum(eps, FAR)) & (v < 1 - FAR) for v in (near, far)]
-    return (reach > 0) & ~own & (through[0] | through[1])
 
 
 def _frame(direction):
@@ -297,22 +290,71 @@ def _ball_cones(facets, centre, plane):
     return low, high
 
 
-def _ball_depth(facets, k, r, direction, receivers):
-    """Distances (p,) m at which rays of receivers r (p,) along direction (p, 3) meet balls k (p,), inf where not."""
-    inverse = facets.ball_inverse[k]
-    p = np.einsum("pij,pj->pi", inverse, receivers.points[r] - facets.ball_centre[k])
-    d = np.einsum("pij,pj->pi", inverse, direction)
-    a, b, c = (np.einsum("pi,pi->p", *pair) for pair in ((d, d), (p, d), (p, p)))
-    reach = b * b - a * (c - 1)
-    root = np.sqrt(np.maximum(reach, 0.0))
-    start = receivers.start[r]
-    own = receivers.own[r] == facets.shape[facets.count + k]
-    near, far = (-b - root) / a, (-b + root) / a
+class _Quadrics:
+    """Where lines meet the balls: lines of the points start + fixed @ (x, y, 1) + t step, or of those start + t step @
+    (x, y, 1) where step is (3, 3).
+
+    Both roots t of the ball's quadratic in t are known from functions of (x, y) that are worked out once a ball.
+    """
+
+    def __init__(self, facets, fixed, step, start):
+        inverse = facets.ball_inverse
+        w = inverse @ (step if step.ndim == 2 else np.zeros((3, 3)))
+        if step.ndim == 1:
+            w[:, :, 2] = inverse @ step
+        q = inverse @ fixed
+        q[:, :, 2] += np.einsum("bij,bj->bi", inverse, start - facets.ball_centre)
+        self.moves = step.ndim == 2  # the direction, not the point, depends on (x, y)
+        if self.moves:
+            p = q[:, :, 2]
+            self.c = np.einsum("bi,bi->b", p, p) - 1
+            self.b, a = np.einsum("bi,bij->jb", p, w), np.einsum("bij,bik->jkb", w, w)
+            self.reach = _six(self.b[:, None] * self.b[None] - self.c * a)
+        else:
+            d = w[:, :, 2]
+            self.a = np.einsum("bi,bi->b", d, d)
+            self.b, c = np.einsum("bi,bij->jb", d, q), np.einsum("bij,bik->jkb", q, q)
+            c[2, 2] -= 1
+            self.reach = _six(self.b[:, None] * self.b[None] - self.a * c)
+
+    def ends(self, k, x, y):
+        """(2, p) the roots t, the lesser first, of balls k (p,) at x, y (p,); nan where the line misses the ball."""
+        q = self.reach.take(k, axis=1)
+        reach = q[0] + x * (q[1] + x * q[3]) + y * (q[2] + x * q[4] + y * q[5])
+        out = np.full((2, len(k)), np.nan)
+        some = np.flatnonzero(reach > 0)
+        k, x, y, root = k[some], x[some], y[some], np.sqrt(reach[some])
+        b = self.b.take(k, axis=1)
+        b = b[0] * x + b[1] * y + b[2]
+        if not self.moves:
+            a = self.a.take(k)
+            out[:, some] = (-b - root) / a, (root - b) / a
+            return out
+        # t^2 a + 2 t b + c = 0 by the root that does not cancel
+        c, s = self.c.take(k), -(b + np.where(b >= 0, root, -root))
+        a = (b * b - root * root) / np.where(c == 0, 1e-300, c)
+        one, two = s / np.where(a == 0, 1e-300, a), c / np.where(s == 0, 1e-300, s)
+        out[:, some] = np.minimum(one, two), np.maximum(one, two)
+        return out
+
+
+def _six(matrix):
+    """Symmetric (3, 3, b) of (x, y, 1) -> (6, b): 1, x, y, x^2, x y, y^2"""
+    m = matrix
+    return np.stack([m[2, 2], 2 * m[0, 2], 2 * m[1, 2], m[0, 0], 2 * m[0, 1], m[1, 1]])
+
+
+def _first(ends, r, own, receivers):
+    """Of both ends (2, p) m of a ball along the rays of receivers r (p,) the one met first: not what is behind them,
+    nor their own ball but its far side from inside; inf where there is none."""
+    near, far = ends
+    start = receivers.start.take(r)
     least = np.maximum(np.abs(start), FAR)  # from within, the wall at hand is not met
-    inside = own & receivers.inside[r]
-    depth = np.where((near > start) & ~own, near, np.where((far > least) & (c < 1) | inside, far, np.inf))
-    depth[(reach <= 0) | (own & ~inside)] = np.inf
-    return depth
+    inside = own & receivers.inside.take(r)
+    out = np.where(
+        (near > start) & ~own, near, np.where((far > least) & ((near <= start) & ~own | inside), far, np.inf)
+    )
+    return np.where(np.isnan(out), np.inf, out)
 
 
 def _pairs(x, y, low, high):
@@ -326,12 +368,12 @@ def _pairs(x, y, low, high):
     cell = np.searchsorted(lines[0], x, "right") * side + np.searchsorted(lines[1], y, "right")
     cell = cell.astype(np.uint16)
     order = np.argsort(cell, kind="stable")
-    first = np.stack([np.searchsorted(line, a, "left") for line, a in zip(lines, low)])
-    last = np.stack([np.searchsorted(line, a, "right") for line, a in zip(lines, high)])
     bounds = [(a.min(), a.max()) for a in (x, y)]
     over = (high[0] >= bounds[0][0]) & (low[0] <= bounds[0][1]) & (high[1] >= bounds[1][0]) & (low[1] <= bounds[1][1])
     shape = np.flatnonzero(over & (low <= high).all(axis=0))
-    first, wide = first[:, shape], (last - first + 1)[:, shape]
+    spans = [_span(line, *bound, low[k, shape], high[k, shape]) for k, (line, bound) in enumerate(zip(lines, bounds))]
+    first = np.stack([span[0] for span in spans])
+    wide = np.stack([span[1] for span in spans]) - first + 1
     count = wide.prod(axis=0)
     entry = np.repeat(np.arange(len(shape)), count)
     step = np.arange(len(entry)) - np.repeat(np.cumsum(count) - count, count)
@@ -352,6 +394,19 @@ def _pairs(x, y, low, high):
             who = np.repeat(order[a:b], some)
             base = start.take(own[a:b]) - (np.cumsum(some) - some)
             yield who, shape.take(np.arange(total) + np.repeat(base, some))
+
+
+def _span(lines, least, most, low, high):
+    """The first and the last of the cells between lines, of places from least to most, that low..high (m,) may meet: by
+    a table of evenly spaced places, not by a search for each."""
+    edges = np.linspace(least, most, TABLE + 1)
+    first, last = np.searchsorted(lines, edges[:-1], "left"), np.searchsorted(lines, edges[1:], "right")
+    scale = TABLE / (most - least) if most > least else 0.0
+    begin, end = ((np.clip(a, least, most) - least) * scale for a in (low, high))
+    # a little aside, as the edges are rounded
+    begin = np.clip(begin - 1e-6, 0, TABLE - 1).astype(np.int64)
+    end = np.clip(end + 1e-6, 0, TABLE - 1).astype(np.int64)
+    return first.take(begin), last.take(end)
 
 
 def _quantiles(values, count):

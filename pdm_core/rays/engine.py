@@ -55,7 +55,7 @@ class RayState:
         self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
         self.spread = np.zeros(0)  # of the direct light within each node's cell
-        self.traced = Traced(0, directions(RAYS))
+        self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
         self.error, self.level = float("inf"), 0.0
         self.looked = self.looked_rays = None

@@ -87,16 +87,16 @@ class Nodes:
         self.number, self.first = number, np.cumsum(number) - number
         self.surface = np.repeat(np.arange(len(scene)), number)
         self.weight, points = np.zeros(len(self)), np.zeros((len(self), PLACES, 3))
-        normals = np.full(points.shape, np.nan)
+        normals, triangle = np.full(points.shape, np.nan), np.full(points.shape[:2], -1)
         flat = np.flatnonzero(~self.is_mesh[self.surface])
         self.alias = flat.astype(np.int32)[self.alias] if len(flat) else self.alias
         self.weight[flat] = share[kept] / total[own[kept]] * scene.areas[own[kept]]
         points[flat] = self._on_charts(own[kept], at[kept])
         for k in np.flatnonzero(self.mesh_number > 0):
             part = slice(self.first[k], self.first[k] + number[k])
-            points[part], normals[part], self.weight[part] = self._on_mesh(k)
+            points[part], normals[part], triangle[part], self.weight[part] = self._on_mesh(k)
         own = np.repeat(self.surface, PLACES)
-        self.places = Placed(self.facets, own, points.reshape(-1, 3), normals.reshape(-1, 3))
+        self.places = Placed(self.facets, own, points.reshape(-1, 3), normals.reshape(-1, 3), triangle=triangle.ravel())
 
     def _even_on_balls(self, at, own, corner):
         """Places at (g, PLACES, 2) of cells on balls spread by area: the cosine of the polar angle evenly."""
@@ -134,8 +134,8 @@ class Nodes:
             self.mesh_number[k] = done[key]
 
     def _on_mesh(self, k):
-        """Points, normals (g, j, 3) and areas (g,) of the groups of a mesh's corners: each corner stands for a third of
-        its triangle, at the middle of that third."""
+        """Points, normals (g, j, 3), triangles (g, j) and areas (g,) of the groups of a mesh's corners: each corner stands
+        for a third of its triangle, at the middle of that third."""
         scene = self.facets.scene
         shape, start = scene.surfaces[k].shape, self.facets.first[scene.shape_of[k]]
         group = self.corner[start : start + len(shape.triangles)].ravel()
@@ -153,7 +153,7 @@ class Nodes:
         pick = np.clip(np.searchsorted(cumulated, want), begin[:, None], last[:, None])
         pick = order[pick[:, np.argsort(square_lattice(PLACES)[:, 0])]]  # in an order that the first few are spread
         normals = scene.surfaces[k].sign * shape.corner_normals.reshape(-1, 3)
-        return points[pick], normals[pick], weight
+        return points[pick], normals[pick], pick // 3, weight
 
     def of(self, scene):
         """The same nodes on the same shapes of another scene."""

@@ -19,10 +19,11 @@ class Placed(Receivers):
     """Receivers at points (n, 3) m near surfaces (n,): points on them, at exact places (n, 3) m in the scene.
 
     normals (n, 3): shading normals of points on meshes, of the surface's side, nan or None for the mesh's own; middle
-    (n, 3) m: a point of the face that a point of a mesh belongs to, nan or None for the nearest.
+    (n, 3) m: a point of the face that a point of a mesh belongs to, nan or None for the nearest; triangle (n,): of a
+    mesh, where it is known.
     """
 
-    def __init__(self, facets, surface, points, normals=None, middle=None):
+    def __init__(self, facets, surface, points, normals=None, middle=None, triangle=None):
         scene = facets.scene
         out, normal = np.array(points, float), np.zeros((len(points), 3))
         own, start = np.full(len(points), -1), np.zeros(len(points))
@@ -32,9 +33,8 @@ class Placed(Receivers):
         for a, b in zip(cuts, np.append(cuts[1:], len(order))):
             some, k = order[a:b], surface[order[a]]
             place = _Place(facets, scene.surfaces[k])
-            out[some], normal[some] = place(
-                out[some], None if normals is None else normals[some], None if middle is None else middle[some]
-            )
+            given = (None if a is None else a[some] for a in (normals, middle, triangle))
+            out[some], normal[some] = place(out[some], *given)
             own[some] = -1 if isinstance(scene.surfaces[k].shape, Mesh) else scene.shape_of[k]
             inside[some] = scene.surfaces[k].is_inside
             start[some] = place.start
@@ -50,13 +50,13 @@ class _Place:
         solid = isinstance(self.shape, Mesh) or surface.is_inside
         self.start = facets.tolerance if solid else -MET * facets.tolerance
 
-    def __call__(self, points, normals, middle):
+    def __call__(self, points, normals, middle, triangle):
         """points (n, 3) m -> points on the surface, normals (n, 3)"""
         if isinstance(self.shape, Sphere):
             points = self.shape.project(points)
             return points, self.surface.normals(points)
         if isinstance(self.shape, Mesh):
-            return self._on_mesh(points, normals, middle)
+            return self._on_mesh(points, normals, middle, triangle)
         local = self.shape.local(points)
         if isinstance(self.shape, Polygon):
             local[:, :2] = self._in_triangles(self.shape.local(self.shape.project(points))[:, :2])
@@ -86,13 +86,16 @@ class _Place:
             out[start : start + step] = np.einsum("nk,nki->ni", bary, corners[best])
         return out
 
-    def _on_mesh(self, points, normals, middle):
+    def _on_mesh(self, points, normals, middle, triangle):
         shape, sign = self.shape, self.surface.sign
         toward = points
         if middle is not None:  # clearly on its own face
             known = np.isfinite(middle).all(axis=1)
             toward = np.where(known[:, None], points + INNER * (np.nan_to_num(middle) - points), points)
-        triangle, bary = shape.nearest(toward)
+        if triangle is None:
+            triangle, bary = shape.nearest(toward)
+        else:
+            bary = barycentric(toward, shape.vertices[shape.triangles[triangle]])
         flat = sign * shape.triangle_normals[triangle]
         smooth = sign * np.einsum("nk,nki->ni", bary, shape.corner_normals[triangle])
         if normals is not None:
@@ -104,6 +107,15 @@ class _Place:
         lift = np.maximum(LIFTED * np.sqrt(shape.areas[triangle]), KEPT * self.tolerance)
         # off the face, or along the light's own normal where faces meet in a ridge
         return place + lift[:, None] * (flat + smooth) / 2, smooth
+
+
+def barycentric(points, corners):
+    """Coordinates (n, 3) of points (n, 3) in the planes of triangles (n, 3, 3)."""
+    u, v, d = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], points - corners[:, 0]
+    uu, uv, vv, du, dv = (np.einsum("ni,ni->n", *pair) for pair in ((u, u), (u, v), (v, v), (d, u), (d, v)))
+    det = np.maximum(uu * vv - uv * uv, 1e-300)
+    s, t = (vv * du - uv * dv) / det, (uu * dv - uv * du) / det
+    return np.stack([1 - s - t, s, t], axis=1)
 
 
 def inner(bary):
