@@ -35,6 +35,7 @@ class Placed(Receivers):
             out[some], normal[some] = place(
                 out[some], None if normals is None else normals[some], None if middle is None else middle[some]
             )
+            out[some] += facets.moved[scene.shape_of[k]] * scene.surfaces[k].sign * normal[some]
             own[some] = -1 if isinstance(scene.surfaces[k].shape, Mesh) else scene.shape_of[k]
             inside[some] = scene.surfaces[k].is_inside
             start[some] = place.start

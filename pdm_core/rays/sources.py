@@ -9,6 +9,7 @@ from ..mesh import Mesh
 from ..polygon import Polygon
 from ..scene import Sphere, lattice, square_lattice
 from ..view import ShapeTable, visible_factors
+from .bundles import PARALLEL, TOUCHING
 
 PAIRS = 1 << 16  # of points and triangles at once
 TRIANGLES = 256  # of a mesh, up to which its light is a sum of closed forms
@@ -25,6 +26,10 @@ class Source:
     def __init__(self, colour, name):
         self.colour, self.name = np.asarray(colour, float), name
 
+    def against(self, points, normals):
+        """(n,) Whether it gives nothing there, as it lies against the shape or the point is within it."""
+        return np.zeros(len(points), bool)
+
 
 class Emitter(Source):
     """An emitting surface. Where its emission varies, colour is its mean and each sample point has its own part of it:
@@ -35,7 +40,7 @@ class Emitter(Source):
         self.index, self.surface, self.shape = index, scene.surfaces[index], scene.surfaces[index].shape
         super().__init__(scene.emission[index], self.surface.name)
         self.skip = -1 if isinstance(self.shape, Mesh) else scene.shape_of[index]
-        self.lift = 0.0
+        self.lift, self.touching = 0.0, TOUCHING * facets.tolerance
         self.table = ShapeTable([self.shape], facets.tolerance) if isinstance(self.shape, Sphere) else None
         if isinstance(self.shape, Mesh):
             self.lift = 1e-4 * np.sqrt(np.median(self.shape.areas))
@@ -55,6 +60,16 @@ class Emitter(Source):
             corners = np.broadcast_to(shape.corners, (len(seen), 4, 3))
             out[seen] = polygon_unoccluded(points[seen], normals[seen], corners)
         return out
+
+    def against(self, points, normals):
+        """(n,) Whether points lie against a flat shape, or within the ball that shines outwards."""
+        shape = self.shape
+        if isinstance(shape, Sphere):
+            return (shape.local(points) ** 2).sum(axis=1) < 1 - 1e-9
+        if isinstance(shape, Mesh):
+            return np.zeros(len(points), bool)
+        near = np.abs((points - shape.bounds[0]) @ shape.normal) < self.touching
+        return near & (self.surface.sign * (normals @ shape.normal) < PARALLEL**2 / 2 - 1)
 
     def _of_triangles(self, points, normals):
         shape, out = self.shape, np.zeros(len(points))
