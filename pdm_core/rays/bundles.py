@@ -41,8 +41,8 @@ class Receivers:
 
 @dataclass
 class Hits:
-    """What rays meet: facet (n,), balls counted after facets, NOTHING, or CONTACT with what is dark to them; at (n, 2): (s, t) on it, of a ball its
-    chart position; front (n,): whether they meet its front."""
+    """What rays meet: facet (n,), balls counted after facets, NOTHING, or CONTACT with what is dark to them; at (n, 2):
+    (s, t) on it, of a ball its chart position; front (n,): whether they meet its front."""
 
     facet: np.ndarray
     at: np.ndarray

@@ -142,7 +142,7 @@ class RayState:
             one.directions = direction[None]
             yield from one.trace(self.facets, lambda _: receivers, np.arange(n))
             cosine = np.abs(one.cosine[:, 0])
-            hit = np.flatnonzero(one.code[:, 0] >= 0)
+            hit = np.flatnonzero((one.code[:, 0] >= 0) & (len(sent) > 0))  # nothing to carry where all is black
             code = one.code[hit, 0]
             node, basis = nodes.columns(code >> 1, one.at[hit, 0], (code & 1) == 0)
             value = np.einsum("hk,hkc->hc", basis, sent.take(node, axis=0))
@@ -242,6 +242,7 @@ class RayState:
         self.sources = relit(self.sources, scene)
         self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
         self.shares = Shares(self.facets, self.sources, self.counts)
+        self.looked = None  # of the old light
         self.link()
 
     # -- refinement ----------------------------------------------------------------------------------------------

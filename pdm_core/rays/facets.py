@@ -23,8 +23,8 @@ class Facets:
 
     origin, u, v (m, 3) m about `centre` (3,); triangle (m,) bool; chart (m, 2, 3): chart position = chart @ (1, s, t);
     of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2): that of the front and of the back, or -1;
-    ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n shapes,): each shape's first facet; moved (n shapes,)
-    m: how far along its normal each is, that layers in one plane be parted.
+    ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n shapes,): each shape's first facet; moved (n
+    shapes,) m: how far along its normal each is, that layers in one plane be parted.
     """
 
     def __init__(self, scene):
