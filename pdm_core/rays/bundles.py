@@ -15,6 +15,9 @@ SAMPLED = 4096  # receivers whose places tell the quantiles
 CANDIDATES = 1 << 15  # pairs tested at once
 EDGE = 1e-9  # of a facet: how far beside it a ray still meets it, lest one slip between two
 FAR = 1e-9  # part of its distance that a lamp's point is nearer than
+TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
+PARALLEL = 1e-3  # sine up to which it does
+NOTHING, CONTACT = -1, -2  # instead of a facet
 
 
 @dataclass
@@ -39,8 +42,8 @@ class Receivers:
 
 @dataclass
 class Hits:
-    """What rays meet: facet (n,), balls counted after facets, -1 where nothing; at (n, 2): (s, t) on it, of a ball its
-    chart position; front (n,): whether they meet its front."""
+    """What rays meet: facet (n,), balls counted after facets, NOTHING, or CONTACT with what is dark to them; at (n, 2):
+    (s, t) on it, of a ball its chart position; front (n,): whether they meet its front."""
 
     facet: np.ndarray
     at: np.ndarray
@@ -58,7 +61,7 @@ def along(facets, direction, receivers):
     low, high = np.concatenate([low, ball[0]], axis=1), np.concatenate([high, ball[1]], axis=1)
     quadrics = _Quadrics(facets, plane.T @ np.diag([1.0, 1.0, 0.0]), plane[2], np.zeros(3))
     n, m = len(x), facets.count
-    nearest, reached, shape = np.full(n, -1), np.full(n, np.inf), facets.shape
+    nearest, reached, shape = np.full(n, NOTHING), np.full(n, np.inf), facets.shape
     for who, which in _pairs(x, y, low, high):
         depth = np.full(len(who), np.inf)
         flat = np.flatnonzero(which < m)
@@ -67,7 +70,12 @@ def along(facets, direction, receivers):
         flat, r, k = flat[inside], r[inside], k[inside]
         a = affine[2].take(k, axis=1)
         d = sign.take(r) * (a[0] + a[1] * x.take(r) + a[2] * y.take(r) - z.take(r))
-        met = (d > receivers.start.take(r)) & (receivers.own.take(r) != shape.take(k))
+        start = receivers.start.take(r)
+        met = (d > start) & (receivers.own.take(r) != shape.take(k))
+        # in contact only what faces the point hides anything from it
+        close = np.flatnonzero(met & (d < -start))
+        ray = sign.take(r[close])[:, None] * direction
+        met[close] = np.einsum("ni,ni->n", ray, facets.normal.take(k[close], axis=0)) < 0
         depth[flat[met]] = d[met]
         round_ = np.flatnonzero(which >= m)
         if len(round_):
@@ -80,7 +88,16 @@ def along(facets, direction, receivers):
         length = np.diff(first, append=len(who))
         hit = np.flatnonzero((depth == np.repeat(best, length)) & (depth < np.inf))
         nearest[who[hit]], reached[who[hit]] = which[hit], depth[hit]
-    return _described(facets, nearest, reached, affine, x, y, sign[:, None] * direction, receivers)
+    hits = _described(facets, nearest, reached, affine, x, y, sign[:, None] * direction, receivers)
+    hits.facet[_in_contact(facets, nearest, reached * np.abs(receivers.normals @ direction), receivers)] = CONTACT
+    return hits
+
+
+def _in_contact(facets, nearest, height, receivers):
+    """(k,) Which receivers on flat shapes meet what lies against these: facets (n,), at heights (n,) m."""
+    some = np.flatnonzero((receivers.start < 0) & (height < TOUCHING * facets.tolerance) & (nearest < facets.count))
+    across = np.cross(receivers.normals[some], facets.normal[nearest[some]])
+    return some[np.linalg.norm(across, axis=1) < PARALLEL]
 
 
 def _described(facets, nearest, best, affine, x, y, direction, receivers):

@@ -7,7 +7,7 @@ more and more of them, until what is unsure is below the tolerance.
 import numpy as np
 
 from ..scene import unit
-from .bundles import along, seen_from
+from .bundles import NOTHING, along, seen_from
 from .sources import kernel
 
 COARSE = 0.02  # target from which on few points of a source will do
@@ -64,6 +64,7 @@ class Shares:
             yield
         own = receivers.own
         out[(own >= 0) & (own == source.skip) & ~receivers.inside] = 0.0
+        out[source.against(points, receivers.normals)] = 0.0
         return out
 
     def _share(self, source, receivers, count):
@@ -106,5 +107,5 @@ class Shares:
 
     def _visible(self, source, place, receivers):
         if source.distant:
-            return along(self.facets, place, receivers).facet < 0
+            return along(self.facets, place, receivers).facet == NOTHING
         return seen_from(self.facets, place - self.facets.centre, receivers, source.skip)

@@ -13,9 +13,9 @@ from ..numerics import gmres
 from ..plan import RAY_MEMORY
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
-from .nodes import FINEST, Nodes
+from .nodes import FINEST, LIT, Nodes
 from .placed import Placed
-from .rows import Gathered, Traced, directions
+from .rows import MISS, Gathered, Traced, directions
 from .sources import relit, sources_of
 
 RAYS, MOST_RAYS = 64, 4096  # directions of a node, of a point where colours are read: at first, at most
@@ -78,7 +78,7 @@ class RayState:
         lit = self.nodes.lit_places(new)
         tolerance = np.full(len(lit), AT_NODES_TOLD * self.target * self.scale())
         each = (yield from self.shares.at(lit, tolerance, AT_NODES))[0]
-        each = each.reshape(len(new), -1, *each.shape[1:])
+        each = each.reshape(len(new), LIT, *each.shape[1:])
         self.factor[new] = each.mean(axis=1)
         spread = np.full(n, 0.0)
         spread[old >= 0] = self.spread[old[old >= 0]]
@@ -127,7 +127,7 @@ class RayState:
         self.own_square = np.maximum(square / self.scene.areas, DIM**2 * self.norm**2 / reflecting)
         area = self.scene.areas[self.reflects].sum()
         self.level = self.norm / max(np.sqrt(area), 1e-300) / max(rho.max(initial=0.0), 1e-3)
-        once = (weight[:, None] * rho * outer).sum()
+        once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
         self.left = left * self.gain
 
@@ -144,12 +144,12 @@ class RayState:
             one.directions = direction[None]
             yield from one.trace(self.facets, lambda _: receivers, np.arange(n))
             cosine = np.abs(one.cosine[:, 0])
-            hit = np.flatnonzero(one.code[:, 0] >= 0)
+            hit = np.flatnonzero((one.code[:, 0] >= 0) & (len(sent) > 0))  # nothing to carry where all is black
             code = one.code[hit, 0]
             node, basis = nodes.columns(code >> 1, one.at[hit, 0], (code & 1) == 0)
             value = np.einsum("hk,hkc->hc", basis, sent.take(node, axis=0))
             total[j % 2, hit] += cosine[hit, None] * value
-            missed = np.flatnonzero(one.code[:, 0] < 0)
+            missed = np.flatnonzero(one.code[:, 0] == MISS)
             if len(missed) and (scene.sky is not None or scene.background.any()):
                 sky = scene.sky_at(np.stack([direction, -direction]))
                 total[j % 2, missed] += cosine[missed, None] * sky[(one.cosine[missed, 0] < 0).astype(int)]
@@ -246,6 +246,7 @@ class RayState:
         self.sources = relit(self.sources, scene)
         self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
         self.shares = Shares(self.facets, self.sources, self.counts)
+        self.looked = None  # of the old light
         self.link()
 
     # -- refinement ----------------------------------------------------------------------------------------------

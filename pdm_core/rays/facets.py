@@ -14,7 +14,7 @@ from ..polygon import Polygon
 from ..scene import Plane, Sphere
 
 KEPT = 16.0  # tolerances that points keep from the borders of their shapes
-PARTED = 64.0  # tolerances between layers of shapes in one plane
+PARTED = 24.0  # tolerances between layers of shapes in one plane: more than MET, and what their own rounding takes
 TILTED = 1e-4  # sine up to which planes of layers may differ
 
 
@@ -23,7 +23,8 @@ class Facets:
 
     origin, u, v (m, 3) m about `centre` (3,); triangle (m,) bool; chart (m, 2, 3): chart position = chart @ (1, s, t);
     of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2): that of the front and of the back, or -1;
-    ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n shapes,): each shape's first facet.
+    ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n shapes,): each shape's first facet; moved (n
+    shapes,) m: how far along its normal each is, that layers in one plane be parted.
     """
 
     def __init__(self, scene):
@@ -46,7 +47,8 @@ class Facets:
         self.surface = sides[self.shape]
         self.origin, self.u, self.v = origin - self.centre, u, v
         self.normal = _unit(np.cross(u, v))
-        self.origin += _layers(self, sides)[:, None] * self.normal
+        self.moved = _layers(self, sides)
+        self.origin += self.moved[self.shape[: self.count], None] * self.normal
         self.ball_centre = np.array([shapes[k].origin - self.centre for k in balls]).reshape(-1, 3)
         self.ball_linear = np.array([shapes[k].linear for k in balls]).reshape(-1, 3, 3)
         self.ball_inverse = np.array([shapes[k].inverse for k in balls]).reshape(-1, 3, 3)
@@ -89,11 +91,12 @@ def _parts_of(number, shape):
 
 
 def _layers(facets, sides):
-    """(m,) m: how far facets are moved along their normals, so that of shapes that lie in one plane and look the same
-    way the smaller is on top, and those of equal size that look opposite ways lie back to back. A smaller one that
-    faces a larger one stays: in contact, the two are dark to each other."""
+    """(n shapes,) m: how far each is moved along its normal, so that of shapes that lie in one plane and look the same
+    way the smaller is on top, and those of equal size that look opposite ways lie back to back. Where either has two
+    sides the smaller is on the larger's front. A smaller one that faces a larger one stays: in contact, the two are
+    dark to each other."""
     shapes = facets.scene.shapes
-    out = np.zeros(facets.count)
+    out = np.zeros(len(shapes))
     flat = np.array([k for k, s in enumerate(shapes) if isinstance(s, Plane | Polygon)], int)
     if len(flat) < 2:
         return out
@@ -117,17 +120,13 @@ def _layers(facets, sides):
     i, j = i[flush], j[flush]
     same = np.einsum("ni,ni->n", lit[i], lit[j]) > 0
     equal = np.abs(area[i] - area[j]) <= 1e-6 * area[i]
-    over = same | (two_sided[j] & ~equal)
+    over = same | ((two_sided[i] | two_sided[j]) & ~equal)
     level = np.zeros(len(flat))
     np.add.at(level, j[over], np.sign(np.einsum("ni,ni->n", lit[i[over]], normal[j[over]])))
     back = ~same & equal
     for k in (i[back], j[back]):
         level[k] = np.where(level[k] == 0, np.einsum("ni,ni->n", lit[k], normal[k]), level[k])
-    place = np.full(len(shapes), -1)
-    place[flat] = np.arange(len(flat))
-    own = place[facets.shape[: facets.count]]
-    moved = own >= 0
-    out[moved] = PARTED * facets.tolerance * level[own[moved]]
+    out[flat] = PARTED * facets.tolerance * level
     return out
 
 

@@ -35,6 +35,7 @@ class Placed(Receivers):
             place = _Place(facets, scene.surfaces[k])
             given = (None if a is None else a[some] for a in (normals, middle, triangle))
             out[some], normal[some] = place(out[some], *given)
+            out[some] += facets.moved[scene.shape_of[k]] * scene.surfaces[k].sign * normal[some]
             own[some] = -1 if isinstance(scene.surfaces[k].shape, Mesh) else scene.shape_of[k]
             inside[some] = scene.surfaces[k].is_inside
             start[some] = place.start

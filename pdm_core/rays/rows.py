@@ -3,10 +3,10 @@
 import numpy as np
 
 from ..scene import lattice
-from .bundles import along
+from .bundles import CONTACT, along
 
 HALVES = 2  # of the directions, alternately
-MISS = -1
+MISS, DARK = -1, -2  # instead of a facet's code
 
 
 def directions(count):
@@ -15,8 +15,9 @@ def directions(count):
 
 
 class Traced:
-    """Rays of n receivers along m directions: code (n, m) int32, twice the facet, one more where its back is met, -1
-    where nothing; at (n, m, 2) float32 on it; cosine (n, m) float32 to the receiver's normal; directions (m, 3)."""
+    """Rays of n receivers along m directions: code (n, m) int32, twice the facet, one more where its back is met, MISS
+    where nothing, DARK where what lies against them; at (n, m, 2) float32 on it; cosine (n, m) float32 to the
+    receiver's normal; directions (m, 3)."""
 
     def __init__(self, count, directions):
         self.directions = directions
@@ -34,7 +35,8 @@ class Traced:
         for j, direction in enumerate(self.directions):
             from_ = receivers(j)
             hits = along(facets, direction, from_)
-            self.code[which, j] = np.where(hits.facet >= 0, 2 * hits.facet + ~hits.front, MISS)
+            code = np.where(hits.facet >= 0, 2 * hits.facet + ~hits.front, MISS)
+            self.code[which, j] = np.where(hits.facet == CONTACT, DARK, code)
             self.at[which, j] = hits.at
             self.cosine[which, j] = from_.normals @ direction
             yield

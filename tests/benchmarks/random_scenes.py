@@ -1,0 +1,218 @@
+"""Is the error that rays state true? Random scenes of many kinds of shapes: JSON and a table.
+
+    python tests/benchmarks/random_scenes.py [OUTPUT.json [SCENES [SECONDS]]]
+
+Scenes hold 20 to 100 boxes, planes, balls, concave polygons and ones with holes, and small meshes, in a room or on a
+floor, under a lamp (a ball, a square, a light) and in the open a sky too. Errors are relative L2 errors of L - Le over
+all surfaces, measured against a run at a quarter of the target; begun anew until so many seconds of CPU are over.
+"""
+
+import sys
+import time
+
+import numpy as np
+from output import machine, save
+from scenes import separate, walls
+
+from pdm_core import AreaLight, Mesh, Plane, PointLight, Polygon, Scene, Sphere, SunLight, Surface
+from pdm_core.rays.solution import ray_steps
+from pdm_core.signs_of_life import finish
+
+TARGET, TIGHTER = 0.04, 4.0
+PATIENCE = 20.0  # s at most, of a run
+POINTS, LEAST = 3000, 16
+TRIES = 30
+
+
+def random_scene(seed):
+    rng = np.random.default_rng(seed)
+    size = rng.uniform(4, 8, 3) * [1, 1, 0.5]
+    brightest, in_room = rng.uniform(0.4, 0.9), rng.random() < 0.5
+    if in_room:
+        surfaces = walls(size, rng.uniform(0.1, brightest, (6, 3)))
+    else:
+        floor = Plane((0, 0, 0), (size[0], 0, 0), (0, size[1], 0))
+        surfaces = [Surface(floor, rng.uniform(0.1, brightest, 3), name="floor")]
+    lamp, lights, placed = random_lamp(rng, size)
+    surfaces += lamp
+    count, made = rng.integers(20, 101), 0
+    for _ in range(TRIES * count):
+        radius = rng.uniform(0.4, 1.0) * 0.5 * (size.prod() / count) ** (1 / 3)
+        centre = radius + rng.random(3) * (size - 2 * radius)
+        if not separate((centre, radius), placed):
+            continue
+        placed.append((centre, radius))
+        kind = rng.choice([random_box, random_plane, random_ball, random_polygon, random_mesh])
+        surfaces += kind(rng, centre, radius, rng.uniform(0.1, brightest, 3), rng.random() < 0.5)
+        made += 1
+        if made == count:
+            break
+    background = 0.0 if in_room else rng.uniform(0.1, 1, 3) * (rng.random() < 0.7)
+    return Scene(surfaces, background, rounding=2**-24, lights=lights), made
+
+
+def random_lamp(rng, size):
+    """Surfaces of a lamp, lights and [(centre, radius)] of a sphere around it."""
+    emission, centre = rng.uniform(5, 20), size * rng.uniform(0.3, 0.7, 3) * [1, 1, 0] + [0, 0, 0.85 * size[2]]
+    kind = rng.integers(4)
+    if kind == 0:
+        radius = rng.uniform(0.05, 0.25)
+        return [Surface(Sphere.at(centre, radius), 0.0, emission, name="lamp")], (), [(centre, radius)]
+    side = rng.uniform(0.2, 0.8)
+    around = [(centre, side)]
+    if kind == 1:
+        plane = Plane(centre - [side / 2, side / 2, 0], (0, side, 0), (side, 0, 0))
+        return [Surface(plane, 0.0, emission, name="lamp")], (), around
+    if kind == 2:
+        return [], (AreaLight(centre, (0, side, 0), (side, 0, 0), 20 * emission),), around
+    if rng.random() < 0.5:
+        return [], (PointLight(centre, 20 * emission, radius=rng.uniform(0, 0.15)),), around
+    direction = [*rng.uniform(-0.7, 0.7, 2), -1.0]
+    return [], (SunLight(direction, emission, rng.uniform(0, 0.2)), PointLight(centre, emission, 0.1)), around
+
+
+def turned(rng, upright):
+    """A random rotation (3, 3), or one about the vertical."""
+    if upright:
+        turn = rng.uniform(0, 2 * np.pi)
+        return np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    frame = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return frame * np.sign(np.linalg.det(frame))
+
+
+def both(shape, reflectance, name):
+    return [Surface(shape, reflectance, side=side, name=f"{name} {side}") for side in ("front", "back")]
+
+
+def random_box(rng, centre, radius, reflectance, stands):
+    half, frame = radius * rng.uniform(0.3, 1, 3) / np.sqrt(3), turned(rng, stands)
+    if stands:
+        centre = [*centre[:2], half[2]]
+    out = []
+    for axis in range(3):
+        u, v = 2 * half[axis - 2] * frame[:, axis - 2], 2 * half[axis - 1] * frame[:, axis - 1]
+        for sign in (-1, 1):
+            middle = centre + sign * half[axis] * frame[:, axis]
+            u, v = (u, v) if sign > 0 else (v, u)
+            out.append(Surface(Plane(middle - (u + v) / 2, u, v), reflectance, name="box"))
+            u, v = (u, v) if sign > 0 else (v, u)
+    return out
+
+
+def random_plane(rng, centre, radius, reflectance, _stands):
+    u, v = turned(rng, False)[:2] * radius * rng.uniform(0.5, 1, (2, 1))
+    return both(Plane(centre - (u + v) / 2, u, v), reflectance, "plane")
+
+
+def random_ball(rng, centre, radius, reflectance, stands):
+    radius *= rng.uniform(0.4, 1)
+    centre = [*centre[:2], radius] if stands else centre
+    return [Surface(Sphere.at(centre, radius), reflectance, name="ball")]
+
+
+def random_polygon(rng, centre, radius, reflectance, star):
+    """A star of 5 to 8 points, or a frame."""
+    frame = turned(rng, False)[:, :2]
+    if star:
+        count = 2 * rng.integers(5, 9)
+        turn = 2 * np.pi * np.arange(count) / count
+        flat = np.column_stack([np.cos(turn), np.sin(turn)]) * np.where(np.arange(count) % 2, 1, 0.5)[:, None] * radius
+        return both(Polygon(centre + flat @ frame.T), reflectance, "star")
+    square = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]]) * radius / np.sqrt(2)
+    hole = square * rng.uniform(0.4, 0.8)
+    return both(Polygon(centre + square @ frame.T, [centre + hole @ frame.T]), reflectance, "frame")
+
+
+def random_mesh(rng, centre, radius, reflectance, smooth):
+    """A lumpy ball of 12 x 7 faces."""
+    around, along = 12, 7
+    turn, polar = np.meshgrid(2 * np.pi * np.arange(around) / around, np.pi * np.arange(1, along) / along)
+    ring = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=2).reshape(-1, 3)
+    points = np.concatenate([ring, [[0, 0, 1], [0, 0, -1]]])
+    points = points * rng.uniform(0.7, 1, (len(points), 1)) * radius
+    faces = [
+        [r * around + c, (r + 1) * around + c, (r + 1) * around + d, r * around + d]
+        for r in range(along - 2)
+        for c, d in ((c, (c + 1) % around) for c in range(around))
+    ]
+    top, bottom, last = len(ring), len(ring) + 1, (along - 2) * around
+    faces += [[top, c, (c + 1) % around] for c in range(around)]
+    faces += [[bottom, last + (c + 1) % around, last + c] for c in range(around)]
+    return [Surface(Mesh(centre + points, faces, bool(smooth)), reflectance, name="mesh")]
+
+
+def points_of(scene, seed=3):
+    """surface (k,), points (k, 3) m and the area m^2 (k,) of each, over all surfaces."""
+    rng, surface, points, weight = np.random.default_rng(seed), [], [], []
+    for k, own in enumerate(scene.surfaces):
+        count = max(LEAST, int(POINTS * scene.areas[k] / scene.areas.sum()))
+        some = own.shape.spread(4 * count)
+        points.append(some[rng.choice(len(some), count, replace=False)])
+        surface.append(np.full(count, k))
+        weight.append(np.full(count, scene.areas[k] / count))
+    return np.concatenate(surface), np.concatenate(points), np.concatenate(weight)
+
+
+def difference(scene, one, other):
+    """Relative L2 difference of two solutions' L - Le, each surface's own and the squares of their light (n,)"""
+    surface, points, weight = points_of(scene)
+    a, b = (scene.reflectance[surface] * finish(s.incident_steps(surface, points)) for s in (one, other))
+    off, norm = (np.bincount(surface, weight * (v**2).sum(axis=1), len(scene)) for v in (a - b, b))
+    return np.sqrt(off.sum() / norm.sum()), np.sqrt(off / np.maximum(norm, 1e-300)), norm
+
+
+def run(seed):
+    scene, shapes = random_scene(seed)
+    cpu = time.process_time()
+    solution = finish(ray_steps(scene, TARGET, PATIENCE, ""))
+    cpu = time.process_time() - cpu
+    tighter = finish(ray_steps(scene, TARGET / TIGHTER, PATIENCE, ""))
+    measured, each, norm = difference(scene, solution, tighter)
+    lit = norm / scene.areas > (0.05 * np.sqrt((norm / scene.areas).max())) ** 2
+    own = each[lit] / np.maximum(solution.surface_errors[lit], 1e-12)
+    return {
+        "seed": seed,
+        "shapes": int(shapes),
+        "surfaces": len(scene),
+        "stated": float(solution.error),
+        "measured": float(measured),
+        "tighter_stated": float(tighter.error),
+        "parts": {k: float(v) for k, v in solution.error_parts.items()},
+        "surfaces_true": float((own <= 1).mean()),
+        "worst_surface": float(own.max()),
+        "solve_cpu_seconds": cpu,
+    }
+
+
+def main(output="build/bench/random_scenes.json", scenes="100", seconds="900"):
+    rows = []
+    for seed in range(int(scenes)):
+        rows.append(row := run(seed))
+        print(
+            f"{seed:3}  {row['shapes']:3} shapes  stated {row['stated']:6.2%}  measured {row['measured']:6.2%}  "
+            f"surfaces true {row['surfaces_true']:4.0%} worst {row['worst_surface']:5.1f}  "
+            f"{row['solve_cpu_seconds']:5.2f} s CPU{'' if row['measured'] <= row['stated'] else '  BROKEN'}",
+            flush=True,
+        )
+        report(rows, output)
+        if time.process_time() > float(seconds):
+            break
+
+
+def report(rows, output):
+    """Written after every scene, as they take long."""
+    ratio = np.array([row["stated"] / row["measured"] for row in rows])
+    summary = {
+        "scenes": len(rows),
+        "true": int((ratio >= 1).sum()),
+        "target_reached": sum(row["stated"] <= TARGET for row in rows),
+        "median_stated_over_measured": float(np.median(ratio)),
+        "least_stated_over_measured": float(ratio.min()),
+        "percentile_95_stated_over_measured": float(np.percentile(ratio, 95)),
+        "median_cpu_seconds": float(np.median([row["solve_cpu_seconds"] for row in rows])),
+    }
+    save(output, {"about": machine(), "summary": summary, "rows": rows})
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
