@@ -75,7 +75,7 @@ class RayState:
         lit = self.nodes.lit_places(new)
         tolerance = np.full(len(lit), AT_NODES_TOLD * self.target * self.scale())
         each = (yield from self.shares.at(lit, tolerance, AT_NODES))[0]
-        each = each.reshape(len(new), -1, *each.shape[1:])
+        each = each.reshape(len(new), len(lit) // max(len(new), 1), *each.shape[1:])  # also where there are no sources
         self.factor[new] = each.mean(axis=1)
         spread = np.full(n, 0.0)
         spread[old >= 0] = self.spread[old[old >= 0]]

@@ -1,0 +1,50 @@
+"""What showed up in scenes as people make them, each as its smallest case."""
+
+import bpy
+import numpy as np
+import scenes
+
+L = [(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)]
+
+
+def thing(name, vertices, faces):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(vertices, [], faces)
+    obj = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(obj)
+    return obj
+
+
+def l_room():
+    """An L-shaped room open above, its floor one face with a vertex in the corner that points inwards."""
+    thing(
+        "Walls", [(x, y, z) for z in (0, 2) for x, y in L], [((k + 1) % 6, k, k + 6, (k + 1) % 6 + 6) for k in range(6)]
+    )
+    return thing("Floor", [(x, y, 0) for x, y in L], [range(6)])
+
+
+def sky():
+    world = bpy.data.worlds.new("Sky")
+    world.color = (1, 1, 1)
+    if bpy.app.version < (5, 0):
+        world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+    bpy.context.scene.world = world
+
+
+def test_polygons_under_the_sky_alone():
+    floor = l_room()
+    sky()
+    assert bpy.ops.pdm.bake(target_error=0.04) == {"FINISHED"}
+    colours = scenes.colours(floor)[:, :3]
+    assert (colours > 0.05).all() and (colours < 1).all()
+
+
+def test_a_corner_that_points_inwards_sees_along_both_of_its_edges():
+    floor = l_room()
+    sky()
+    bpy.ops.pdm.bake(target_error=0.02)
+    colours = scenes.colours(floor)[:, 0]
+    beside = colours[[2, 4]].mean()  # at ends of the edges that meet there
+    assert abs(colours[2] - colours[4]) < 0.03 * beside
+    assert colours[3] > 1.3 * beside
