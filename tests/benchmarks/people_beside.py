@@ -95,7 +95,9 @@ def ours(target):
     bpy.ops.pdm.bake(target_error=target)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     report = bpy.context.scene.pdm_radiosity.report()
-    (FOLDER / f"report-{Path(bpy.data.filepath).stem}-{bpy.app.version[0]}-{target}.json").write_text(json.dumps(report, indent=1))
+    (FOLDER / f"report-{Path(bpy.data.filepath).stem}-{bpy.app.version[0]}-{target}.json").write_text(
+        json.dumps(report, indent=1)
+    )
     kinds = [entry["exactness"] for entry in report["objects"]]
     return {
         "target": target, "stated": report["error"], "between_vertices": report["between_vertices"], "seconds": wall,

@@ -83,7 +83,9 @@ def attic():
 def gallery():
     rng = np.random.default_rng(5)
     white, black = material("Wall", WHITE), material("Frame", DARK)
-    boards = painted("Boards", lambda u, v: [c * (0.6 + 0.4 * (np.floor(12 * u + 0.4 * np.floor(5 * v)) % 2)) for c in WOOD])
+    boards = painted(
+        "Boards", lambda u, v: [c * (0.6 + 0.4 * (np.floor(12 * u + 0.4 * np.floor(5 * v)) % 2)) for c in WOOD]
+    )
     room(8, 5, 3.4, white, white, 0.25, leave="Floor")
     quad("Floor", (0, 0, 0), (8, 0, 0), (0, 5, 0), material("Boards", image=boards), 0.1, uv=True)
     for k in range(5):
@@ -104,7 +106,9 @@ def gallery():
     for k, a in enumerate((3.1, 4.5)):
         box(f"Foot {k + 1}", (a, 2.3, 0), (0.2, 0.3, 0.4), black, 0.15)
     box("Plinth", (6.2, 1.2, 0), (0.5, 0.5, 1.0), white, 0.12, turn=20)
-    primitive("Bust", bpy.ops.mesh.primitive_ico_sphere_add, white, True, (6.37, 1.52, 1.28), subdivisions=3, radius=0.28)
+    primitive(
+        "Bust", bpy.ops.mesh.primitive_ico_sphere_add, white, True, (6.37, 1.52, 1.28), subdivisions=3, radius=0.28
+    )
     lamp("Skylight", "AREA", (4, 2.5, 3.38), 90, (4, 2.5, 0), shape="RECTANGLE", size=5, size_y=1)
     camera((7.6, 0.4, 1.7), (2.2, 3.9, 1.3), 75)
 
@@ -112,7 +116,10 @@ def gallery():
 def arch(width, height, spring, across, segments=12):
     """(n, 2): the outline of a wall with an arch cut out from below, counter-clockwise."""
     middle, radius = width / 2, across / 2
-    bow = [(middle + radius * cos(pi * k / segments), spring + radius * sin(pi * k / segments)) for k in range(segments + 1)]
+    bow = [
+        (middle + radius * cos(pi * k / segments), spring + radius * sin(pi * k / segments))
+        for k in range(segments + 1)
+    ]
     return [(0, 0), (middle - radius, 0), *bow[::-1], (middle + radius, 0), (width, 0), (width, height), (0, height)]
 
 
@@ -163,7 +170,18 @@ def stairs():
 def house(name, at, size, turn, wall, roof, cut=0.0):
     """Walls with gables and an overhanging roof of thin boxes' kind, one mesh, two materials."""
     x, y, z, ridge, over = *size, size[2] + 0.6 * size[1], 0.25
-    vertices = [(0, 0, 0), (x, 0, 0), (x, y, 0), (0, y, 0), (0, 0, z), (x, 0, z), (x, y, z), (0, y, z), (0, y / 2, ridge), (x, y / 2, ridge)]
+    vertices = [
+        (0, 0, 0),
+        (x, 0, 0),
+        (x, y, 0),
+        (0, y, 0),
+        (0, 0, z),
+        (x, 0, z),
+        (x, y, z),
+        (0, y, z),
+        (0, y / 2, ridge),
+        (x, y / 2, ridge),
+    ]
     faces = [(0, 1, 5, 4), (2, 3, 7, 6), (1, 2, 6, 9, 5), (3, 0, 4, 8, 7)]
     drop, rise = over * 1.2, 0.08
     low, high = z - drop + rise, ridge + rise
@@ -184,7 +202,11 @@ def tree(name, at, height):
 
 
 def street():
-    asphalt, kerb, roof = material("Asphalt", (0.15, 0.15, 0.16)), material("Kerb", (0.45, 0.44, 0.42)), material("Roof", (0.5, 0.17, 0.1))
+    asphalt, kerb, roof = (
+        material("Asphalt", (0.15, 0.15, 0.16)),
+        material("Kerb", (0.45, 0.44, 0.42)),
+        material("Roof", (0.5, 0.17, 0.1)),
+    )
     walls = [material(f"Paint {k}", c) for k, c in enumerate([(0.75, 0.68, 0.5), (0.6, 0.65, 0.7), (0.7, 0.45, 0.35)])]
     quad("Ground", (-6, -14, 0), (42, 0, 0), (0, 28, 0), material("Grass", (0.22, 0.32, 0.12)), 0.7)
     quad("Road", (-6, -3, 0.02), (42, 0, 0), (0, 6, 0), asphalt, 0.4)
@@ -192,7 +214,15 @@ def street():
         box(f"Pavement {k + 1}", (-6, y, 0), (42, 1.2, 0.15), kerb, 0.4)
     for k in range(4):
         house(f"North house {k + 1}", (8 * k, 5.5, 0), (5, 4.2, 3 + 0.5 * (k % 3)), 3 * k - 4, walls[k % 3], roof, 0.5)
-        house(f"South house {k + 1}", (8 * k, -9.5, 0), (5, 4, 2.8 + 0.4 * (k % 2)), 2 * k - 3, walls[(k + 1) % 3], roof, 0.5)
+        house(
+            f"South house {k + 1}",
+            (8 * k, -9.5, 0),
+            (5, 4, 2.8 + 0.4 * (k % 2)),
+            2 * k - 3,
+            walls[(k + 1) % 3],
+            roof,
+            0.5,
+        )
         tree(f"Tree {k + 1}", (6.4 + 8 * k, 3.6, 0.15), 3.2 + 0.3 * k)
     box("Van", (11, -2.3, 0.35), (4, 1.7, 1.6), material("Van", (0.8, 0.8, 0.82)), 0.3)
     lamp("Sun", "SUN", (0, 0, 20), 4, (9, 7, 0), colour=(1, 0.93, 0.82), angle=radians(0.526))
@@ -218,7 +248,9 @@ def desk():
     for k, (size, turn) in enumerate([((0.24, 0.17, 0.03), 8), ((0.22, 0.15, 0.025), -6), ((0.2, 0.14, 0.02), 15)]):
         box(f"Book {k + 1}", (-0.1, 0.12, [0, 0.03, 0.055][k]), size, [red, white, dark][k], 0.03, turn=turn)
     box("Screen", (-0.62, 0.3, 0.1), (0.5, 0.02, 0.3), dark, 0.05)
-    quad("Display", (-0.6, 0.299, 0.12), (0.46, 0, 0), (0, 0, 0.26), material("Display", (0.3, 0.5, 0.9), glow=2.0), 0.05)
+    quad(
+        "Display", (-0.6, 0.299, 0.12), (0.46, 0, 0), (0, 0, 0.26), material("Display", (0.3, 0.5, 0.9), glow=2.0), 0.05
+    )
     box("Stand", (-0.42, 0.29, 0), (0.1, 0.1, 0.1), dark, 0.05)
     tube("Tin", (0.48, 0.2, 0), 0.05, 0.12, material("Tin", (0.5, 0.5, 0.52)), 40, True)
     lamp("Desk lamp", "SPOT", (0.55, 0.05, 0.55), 12, (0.1, -0.02, 0), colour=(1, 0.86, 0.7), spot_size=1.5,
@@ -259,6 +291,7 @@ def cornell():
         "w": material("White", (0.737, 0.737, 0.738)), "r": material("Red", (0.493, 0.049, 0.051)),
         "g": material("Green", (0.068, 0.399, 0.086)), "l": material("Light", (1, 0.75, 0.45), glow=18.0),
     }  # fmt: skip
+
     def turned(corners):
         return [(a / 100, c / 100, b / 100) for a, b, c in corners[::-1]]
 
@@ -295,7 +328,17 @@ def product():
     vertices = [(x, y, z) for x in across for y, z in profile]
     faces = [(i * n + k, (i + 1) * n + k, (i + 1) * n + k + 1, i * n + k + 1) for i in range(25) for k in range(n - 1)]
     thing("Backdrop", vertices, faces, grey, smooth=True)
-    bottle = [(0, 0), (0.2, 0), (0.22, 0.02), (0.22, 0.55), (0.2, 0.63), (0.09, 0.75), (0.08, 0.95), (0.09, 0.96), (0, 0.96)]
+    bottle = [
+        (0, 0),
+        (0.2, 0),
+        (0.22, 0.02),
+        (0.22, 0.55),
+        (0.2, 0.63),
+        (0.09, 0.75),
+        (0.08, 0.95),
+        (0.09, 0.96),
+        (0, 0.96),
+    ]
     lathe("Bottle", bottle, material("Glaze", (0.1, 0.35, 0.25)), 48, at=(-0.35, 0.2, 0))
     carton = box("Carton", (0.1, 0.1, 0), (0.5, 0.35, 0.7), red)
     carton.rotation_euler = (0, 0, radians(-20))
@@ -340,7 +383,9 @@ def terrain():
     wall, roof, rng = material("Wall", (0.7, 0.65, 0.55)), material("Roof", (0.45, 0.16, 0.1)), np.random.default_rng(3)
     for i in range(10):
         a, b = 6 + 7 * (i % 5) + rng.uniform(-1.5, 1.5), 10 + 14 * (i // 5) + rng.uniform(-3, 3)
-        house(f"House {i + 1}", (a, b, height(a, b) - 0.9), (3.2, 2.6, 2.9), float(rng.uniform(0, 360)), wall, roof, 0.5)
+        house(
+            f"House {i + 1}", (a, b, height(a, b) - 0.9), (3.2, 2.6, 2.9), float(rng.uniform(0, 360)), wall, roof, 0.5
+        )
     lamp("Sun", "SUN", (0, 0, 20), 4, (14, 9, 9), colour=(1, 0.93, 0.82), angle=radians(0.526))
     world((0.35, 0.55, 0.95), 0.7)
     camera((4, -8, 14), (19, 18, 0), 55)
