@@ -60,7 +60,10 @@ class _Place:
             return self._on_mesh(points, normals, middle)
         local = self.shape.local(points)
         if isinstance(self.shape, Polygon):
-            local[:, :2] = self._in_triangles(self.shape.local(self.shape.project(points))[:, :2])
+            border = max(INSET * np.sqrt(self.shape.area), KEPT * self.tolerance)
+            outer = np.flatnonzero(~self.shape.contains(local, border))
+            at = self.shape.local(self.shape.project(points[outer]))[:, :2]
+            local[outer, :2] = self._in_triangles(at) if len(outer) else at
         else:
             edges = np.linalg.norm(self.shape.linear[:, :2], axis=0)
             border = np.minimum(np.maximum(INSET, KEPT * self.tolerance / edges), 0.25)

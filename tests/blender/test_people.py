@@ -1,7 +1,6 @@
 """What showed up in scenes as people make them, each as its smallest case."""
 
 import bpy
-import numpy as np
 import scenes
 
 L = [(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)]
@@ -48,3 +47,19 @@ def test_a_corner_that_points_inwards_sees_along_both_of_its_edges():
     beside = colours[[2, 4]].mean()  # at ends of the edges that meet there
     assert abs(colours[2] - colours[4]) < 0.03 * beside
     assert colours[3] > 1.3 * beside
+
+
+def test_a_vertex_in_the_edge_of_a_box_is_read_beside_it():
+    """The floor's vertices at the foot of a box are as bright as just before it, not half in the dark."""
+    l_room()  # for a polygon
+    x = (0, 0.5, 0.99, 1.0, 1.5, 2.0)
+    faces = [(6 * j + i, 6 * j + i + 1, 6 * j + i + 7, 6 * j + i + 6) for j in range(5) for i in range(5)]
+    ground = thing("Ground", [(a, b - 5, 0) for b in x for a in x], faces)
+    crate = scenes.add("Crate", lambda b: scenes.bmesh.ops.create_cube(b, size=1))
+    crate.location = (1.5, -3.5, 0.5)
+    sky()
+    bpy.ops.pdm.bake(target_error=0.02)
+    colours = scenes.colours(ground)[:, 0].reshape(6, 6)
+    assert abs(colours[4, 3] / colours[4, 2] - 1) < 0.03  # in its edge, and 1 cm before it
+    assert abs(colours[3, 3] / colours[2, 2] - 1) < 0.03  # at its corner
+    assert colours[4, 4] < 0.1  # under it
