@@ -83,7 +83,9 @@ def box(name, low, size, paint, cut=0.0, turn=0.0, inward=False, leave=""):
     """`leave`: letters of faces without: w e s n b t."""
     x, y, z = size
     corners = [(i * x, j * y, k * z) for k in (0, 1) for j in (0, 1) for i in (0, 1)]
-    faces = {"b": (0, 2, 3, 1), "t": (4, 5, 7, 6), "s": (0, 1, 5, 4), "n": (2, 6, 7, 3), "w": (0, 4, 6, 2), "e": (1, 3, 7, 5)}  # fmt: skip
+    faces = {
+        "b": (0, 2, 3, 1), "t": (4, 5, 7, 6), "s": (0, 1, 5, 4), "n": (2, 6, 7, 3), "w": (0, 4, 6, 2), "e": (1, 3, 7, 5)
+    }  # fmt: skip
     kept = [f[::-1] if inward else f for key, f in faces.items() if key not in leave]
     return thing(name, corners, kept, paint, cut=cut, at=low, turn=turn)
 
@@ -122,7 +124,7 @@ def prism(name, outline, direction, paint, cut=0.0, at=(0, 0, 0), turn=0.0, ends
 
 
 def pierced(name, corner, u, v, holes, paint, cut=0.0):
-    """A rectangle with rectangular holes [(s0, s1, t0, t1)] in metres along u and v, as a grid of quads without them."""
+    """A rectangle with rectangular holes [(s0, s1, t0, t1)] in metres along u and v: a grid of quads without them."""
     corner, u, v = Vector(corner), Vector(u), Vector(v)
     lines = []
     for k, along in enumerate((u, v)):

@@ -5,7 +5,20 @@ from math import cos, pi, radians, sin
 import bpy
 import numpy as np
 from people_parts import (
-    box, camera, lamp, lathe, material, painted, pierced, placed, primitive, prism, quad, thing, tube, world,
+    box,
+    camera,
+    lamp,
+    lathe,
+    material,
+    painted,
+    pierced,
+    placed,
+    primitive,
+    prism,
+    quad,
+    thing,
+    tube,
+    world,
 )  # fmt: skip
 
 WHITE, WOOD, DARK = (0.8, 0.8, 0.78), (0.45, 0.27, 0.14), (0.12, 0.12, 0.14)
@@ -242,8 +255,9 @@ def desk():
     pot = [(0, 0), (0.035, 0), (0.035, 0.1), (0.032, 0.1), (0.032, 0.004), (0, 0.004)]
     lathe("Pencil pot", pot, dark, 32, smooth=False, at=(-0.35, 0.15, 0))
     for k in range(4):
-        pencil = tube(f"Pencil {k + 1}", (-0.35 + 0.012 * cos(1.6 * k), 0.15 + 0.012 * sin(1.6 * k), 0.006), 0.004, 0.17,
-                      material(f"Pencil {k}", [(0.8, 0.6, 0.1), (0.1, 0.3, 0.6), (0.6, 0.1, 0.1), (0.1, 0.5, 0.2)][k]), 6)  # fmt: skip
+        colour = [(0.8, 0.6, 0.1), (0.1, 0.3, 0.6), (0.6, 0.1, 0.1), (0.1, 0.5, 0.2)][k]
+        at = (-0.35 + 0.012 * cos(1.6 * k), 0.15 + 0.012 * sin(1.6 * k), 0.006)
+        pencil = tube(f"Pencil {k + 1}", at, 0.004, 0.17, material(f"Pencil {k}", colour), 6)
         pencil.rotation_euler = (0.11 * cos(1.6 * k + 1.57) * -1, 0.11 * cos(1.6 * k), 0)
     for k, (size, turn) in enumerate([((0.24, 0.17, 0.03), 8), ((0.22, 0.15, 0.025), -6), ((0.2, 0.14, 0.02), 15)]):
         box(f"Book {k + 1}", (-0.1, 0.12, [0, 0.03, 0.055][k]), size, [red, white, dark][k], 0.03, turn=turn)
@@ -345,8 +359,9 @@ def product():
     bevel = carton.modifiers.new("Bevel", "BEVEL")
     bevel.width, bevel.segments = 0.03, 4
     apply(carton)
-    primitive("Ball", bpy.ops.mesh.primitive_uv_sphere_add, material("Yellow", (0.8, 0.55, 0.08)), True, (0.05, -0.5, 0.18),
-              radius=0.18, segments=48, ring_count=24)  # fmt: skip
+    yellow = material("Yellow", (0.8, 0.55, 0.08))
+    primitive("Ball", bpy.ops.mesh.primitive_uv_sphere_add, yellow, True, (0.05, -0.5, 0.18), radius=0.18,
+              segments=48, ring_count=24)  # fmt: skip
     lamp("Key", "AREA", (-1.8, -1.4, 2.4), 80, (0, 0.2, 0.3), shape="SQUARE", size=1.2)
     lamp("Fill", "AREA", (2.2, -0.6, 1.2), 20, (0, 0.2, 0.3), colour=(0.8, 0.9, 1), shape="DISK", size=0.8)
     world((0.05, 0.05, 0.05))
