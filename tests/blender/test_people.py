@@ -63,3 +63,18 @@ def test_a_vertex_in_the_edge_of_a_box_is_read_beside_it():
     assert abs(colours[4, 3] / colours[4, 2] - 1) < 0.03  # in its edge, and 1 cm before it
     assert abs(colours[3, 3] / colours[2, 2] - 1) < 0.03  # at its corner
     assert colours[4, 4] < 0.1  # under it
+
+
+def test_what_modifiers_leave_without_colours_is_said(addon):
+    floor = l_room()
+    post = scenes.add("Post", lambda b: scenes.bmesh.ops.create_cube(b, size=0.2))
+    post.location = (1, 1, 0.5)
+    post.modifiers.new("Array", "ARRAY")
+    sky()
+    bpy.ops.pdm.bake(target_error=0.1)
+    report = bpy.context.scene.pdm_radiosity.report()
+    assert [text for text in report["warnings"] if "'Post'" in text and "Apply Modifiers" in text]
+    bpy.ops.pdm.bake(target_error=0.1, apply_modifiers=True)
+    report = bpy.context.scene.pdm_radiosity.report()
+    assert not [text for text in report["warnings"] if "Apply Modifiers" in text]
+    assert scenes.colours(floor).any() and all(entry["baked"] for entry in report["objects"])
