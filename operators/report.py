@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ..pdm_core.foretell import seconds_to
+from .read_scene import some
 
 MOST_NAMED = 4  # objects in one warning
 FORETOLD = (0.01, 0.005, 0.0025)  # targets
@@ -38,6 +39,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
     written = {item.object_name: rest for item, *rest in zip(items, items, between.parts, errors, strict=True)}
     objects = [_object_entry(o, *written.get(o.name, ())) for o in reading.objects]
     warnings = list(reading.warnings) + list(solution.warnings) + _own_warnings(settings, between, items)
+    warnings += _uncoloured(objects)
     report = {
         "versions": {"extension": version(), "blender": bpy.app.version_string, "numpy": np.__version__},
         "file": bpy.data.filepath,
@@ -136,6 +138,15 @@ def _own_warnings(settings, between, items):
                 "lower the exposure or use float colours"
             )
     return warnings
+
+
+def _uncoloured(objects):
+    """A sentence for objects that are in the light but stay without colours because of their modifiers."""
+    names = [entry["name"] for entry in objects if not entry["baked"] and "modifier" in entry["reason"]]
+    if not names:
+        return []
+    text = f"{some('object', names)} got no colours, as modifiers change the vertices: bake with Apply Modifiers on"
+    return [text]
 
 
 def plain(value):

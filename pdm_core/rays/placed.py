@@ -11,6 +11,7 @@ from .facets import KEPT
 INSET = 2e-4  # of a shape's extent: what points keep from its border at least
 INNER = 2e-3  # least barycentric coordinate of points on triangles
 LIFTED = 1e-4  # of a triangle's size: what points of meshes are lifted off it
+MEET = 1e-7  # difference of barycentric coordinates up to which a point is next to several triangles alike
 MET = 8.0  # tolerances within which what lies against a flat shape hides what is beyond
 TRIANGLES = 1 << 18  # pairs of points and triangles compared at once
 
@@ -60,7 +61,10 @@ class _Place:
             return self._on_mesh(points, normals, middle, triangle)
         local = self.shape.local(points)
         if isinstance(self.shape, Polygon):
-            local[:, :2] = self._in_triangles(self.shape.local(self.shape.project(points))[:, :2])
+            border = max(INSET * np.sqrt(self.shape.area), KEPT * self.tolerance)
+            outer = np.flatnonzero(~self.shape.contains(local, border))
+            at = self.shape.local(self.shape.project(points[outer]))[:, :2]
+            local[outer, :2] = self._in_triangles(at) if len(outer) else at
         else:
             edges = np.linalg.norm(self.shape.linear[:, :2], axis=0)
             border = np.minimum(np.maximum(INSET, KEPT * self.tolerance / edges), 0.25)
@@ -70,7 +74,8 @@ class _Place:
         return points, self.surface.normals(points)
 
     def _in_triangles(self, at):
-        """Chart positions (n, 2) of a polygon moved into the triangles that they lie in or next to."""
+        """Chart positions (n, 2) of a polygon moved into the triangles that they lie in or next to; where several meet,
+        to the middle: at a corner that points inwards a single one would see along one of its edges alone."""
         corners = self.shape.local(self.shape.few_triangles.reshape(-1, 3))[:, :2].reshape(-1, 3, 2)
         a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         det = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
@@ -82,9 +87,11 @@ class _Place:
             s = (d[..., 0] * v[:, 1] - d[..., 1] * v[:, 0]) / det
             t = (u[:, 0] * d[..., 1] - u[:, 1] * d[..., 0]) / det
             bary = np.stack([1 - s - t, s, t], axis=-1)
-            best = bary.min(axis=-1).argmax(axis=1)
-            bary = inner(bary[np.arange(len(best)), best])
-            out[start : start + step] = np.einsum("nk,nki->ni", bary, corners[best])
+            least = bary.min(axis=-1)
+            point, k = np.nonzero(least >= least.max(axis=1, keepdims=True) - MEET)
+            place = np.einsum("nk,nki->ni", inner(bary[point, k]), corners[k])
+            count = np.bincount(point, minlength=len(least))
+            out[start : start + step] = np.stack([np.bincount(point, c, len(least)) / count for c in place.T], axis=1)
         return out
 
     def _on_mesh(self, points, normals, middle, triangle):

@@ -10,6 +10,7 @@ from ..plan import plan_by_rays
 from ..read_off import ReadOff
 from ..scene import Scene, unit
 from ..signs_of_life import finish, in_thread, mapped
+from .beside import Beside
 from .bundles import Receivers
 from .engine import RayState
 from .placed import Placed
@@ -38,10 +39,11 @@ class RaySolution(ReadOff):
     def incident_steps(self, surface, points, normals=None, inward=None, roughly=False):
         """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
         out, n = np.empty((len(points), 3)), max(len(points), 1)
+        beside = Beside(self._state.facets)
         for start in range(0, len(points), READ_AT_ONCE):
             part = slice(start, start + READ_AT_ONCE)
             own = [None if a is None else a[part] for a in (normals, inward)]
-            receivers = Placed(self._state.facets, surface[part], points[part], *own)
+            receivers = Placed(self._state.facets, surface[part], beside.moved(surface[part], points[part]), *own)
             steps, done, size = self._state.incident(receivers, roughly), 0, len(receivers)
             while True:
                 try:
