@@ -13,7 +13,7 @@ from ..pdm_core.signs_of_life import finish, in_thread, mapped
 from .bake_points import bake_points, corners_of, joined
 from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
-from .error_map import error_name, heat_map, names_written
+from .error_map import error_name, heat_map_steps, names_written
 from .field_at import Field
 from .own_meshes import OwnMeshes
 from .read_scene import read_steps, some
@@ -79,13 +79,16 @@ def bake_steps(context, settings, enough=lambda: False):
     with _timed(seconds, "check"):
         steps = between_steps(field, targets, points, values, settings.target_error)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
+        errors = None
+        if settings.heat_map:
+            steps = heat_map_steps(solution, targets, points)
+            errors = yield from mapped(steps, lambda done: Stage("Checking the error", done, solution.error))
     with ExitStack() as undo:  # of what was written, where anything after it fails
         with _timed(seconds, "write"):
             items = [
                 Colours(target.name, p.domain, p.colours(v * 2.0**settings.exposure))
                 for target, p, v in zip(targets, points, values, strict=True)
             ]
-            errors = heat_map(solution, targets, points) if settings.heat_map else None
             own_meshes = OwnMeshes(context, targets)
             undo.callback(own_meshes.undo)
             if errors:

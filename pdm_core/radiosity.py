@@ -10,7 +10,7 @@ from collections import Counter, namedtuple
 
 import numpy as np
 
-from .checked import SceneError, index, number, vectors
+from .checked import SceneError, number, vectors
 from .choice import choose
 from .contacts import contacts_of, settle, settled_again
 from .each_surface import OWN, Light, own_errors, worst_of_parts
@@ -21,7 +21,7 @@ from .gather import Detail, Gather, Received
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
 from .rays.solution import ray_steps
-from .read_off import ReadOff
+from .read_off import ReadOff, runs_of
 from .scene import Scene, unit
 from .signs_of_life import finish, in_thread, mapped
 from .visibility import Factors, Shafts
@@ -106,15 +106,17 @@ class Solution(ReadOff):
             yield done / len(points)
         return np.maximum(out, 0.0)
 
-    def estimated_error(self, surface_index, points):
-        """points (n, 3) m, projected onto the surface -> (n,) estimated error of the radiance there, in its unit, as
-        the length of the three channels': where it is likely to be large, not a bound at each point."""
-        k = index(surface_index, len(self.scene), "surface_index")
-        points = self.scene.surfaces[k].shape.project(vectors(points, "points")) - self._state.origin
-        sent, error = self._state.sent, self._state.node_error
-        own = np.full(len(points), k)
-        placed = sent.locate(own, sent.local(own, points))
-        return SAFETY * np.maximum(sent.interpolate(placed, error[:, None])[:, 0], 0.0)
+    def estimated_error_steps(self, surface, points):
+        """(n,) at points (n, 3) m of surfaces (n,), see estimated_error: generator of the fraction done."""
+        on, sent, out = np.empty(points.shape), self._state.sent, np.empty(len(points))
+        for k, mine in runs_of(surface):
+            on[mine] = self.scene.surfaces[k].shape.project(points[mine]) - self._state.origin
+        for start in range(0, len(points), EVALUATE):
+            part = slice(start, start + EVALUATE)
+            placed = sent.locate(surface[part], sent.local(surface[part], on[part]))
+            out[part] = sent.interpolate(placed, self._state.node_error[:, None])[:, 0]
+            yield start / len(points)
+        return SAFETY * np.maximum(out, 0.0)
 
     def irradiance(self, points, normals):
         """points (n, 3) m, normals (n, 3) of any length but 0, anywhere in space -> irradiance / pi (n, 3)"""
