@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pdm_core import solve_steps
+from ..pdm_core import SceneError, solve_steps
 from ..pdm_core.plan import lit
 from ..pdm_core.signs_of_life import finish, in_thread, mapped
 from .bake_points import bake_points, corners_of, joined
@@ -15,6 +15,7 @@ from .between_vertices import between_steps
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .error_map import error_name, heat_map_steps, names_written
 from .field_at import Field
+from .live import hold
 from .own_meshes import OwnMeshes
 from .read_scene import read_steps, some
 from .render_visible import render_visible
@@ -75,7 +76,10 @@ def bake_steps(context, settings, enough=lambda: False):
         solution = yield from _solve(reading.scene, settings, seconds["read"], enough)
     with _timed(seconds, "evaluate"):
         field = Field(solution, settings.quantity)
-        values = yield from _evaluate(field, points)
+        kept, told = None, []
+        if context.scene.pdm_radiosity.live:
+            kept = yield from _keep(solution, points, told)
+        values = yield from _evaluate(field, points, kept)
     with _timed(seconds, "check"):
         steps = between_steps(field, targets, points, values, settings.target_error)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
@@ -100,9 +104,11 @@ def bake_steps(context, settings, enough=lambda: False):
             entry = next(entry for entry in report["objects"] if entry["name"] == targets[k].name)
             entry["finer"] = [list(row) for row in finer]
         report |= {"shining": lights_in(reading), "facing_away": away}
+        report["warnings"] += told
         context.scene.pdm_radiosity.keep(report)
         undo.pop_all()
     own_meshes.commit()
+    hold(context, settings, reading, targets, points, kept)
     return report
 
 
@@ -191,8 +197,21 @@ def _solve(scene, settings, spent, enough):
     return (yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
 
 
-def _evaluate(field, points):
-    """[(k, 3) float64 a bake object]: the field where each is read off, all at once."""
-    error = field.solution.error
-    values = yield from mapped(field.steps(*joined(points)), lambda done: Stage("Evaluating vertices", done, error))
+def _keep(solution, points, told):
+    """The Kept of all points, None where there is no room for it, which is told; yields."""
+    steps = solution.kept_steps(*joined(points))
+    try:
+        return (yield from mapped(steps, lambda done: Stage("Evaluating vertices", done, solution.error)))
+    except SceneError as error:
+        told.append(f"Live: {error}")
+    return None
+
+
+def _evaluate(field, points, kept):
+    """[(k, 3) float64 a bake object]: the field where each is read off, all at once, or as it is kept; yields."""
+    error, scene = field.solution.error, field.solution.scene
+    if kept is None:
+        values = yield from mapped(field.steps(*joined(points)), lambda done: Stage("Evaluating vertices", done, error))
+    else:
+        values = kept.radiance(scene) if field.quantity == "RADIANCE" else kept.incident(scene)
     return np.split(values, np.cumsum([len(p.points) for p in points])[:-1])

@@ -13,6 +13,7 @@ from bpy.props import (
 from bpy.types import PropertyGroup
 
 from .listed import PDM_PG_listed, fill, select_listed
+from .live import live
 
 
 class BakeProperties:
@@ -143,6 +144,11 @@ def _set_preset(self, number):
         self.target_error = list(PRESETS.values())[number]
 
 
+def _switch_live(self, context):
+    if not self.live:
+        live.drop()
+
+
 class PDM_PG_scene(BakeProperties, PropertyGroup):
     """`scene.pdm_radiosity`: the sidebar's settings, and what was last found and done, saved with the file."""
 
@@ -163,6 +169,15 @@ class PDM_PG_scene(BakeProperties, PropertyGroup):
         name="Show When Done",
         description="After a bake by the button, switch the 3D views of the screen to the baked colours",
         default=True,
+    )
+    live: BoolProperty(
+        name="Live",
+        description=(
+            "Keep what the next bake finds out about the geometry in memory: then a new colour, emission, light or "
+            "world strength is in the colours at once, until something moves"
+        ),
+        default=False,
+        update=_switch_live,
     )
     last_report: StringProperty(
         name="Last Report",

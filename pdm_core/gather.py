@@ -478,10 +478,8 @@ class Received:
         self.values = self.field.conform_of(self.leaves, self.local, self.values)
         return self
 
-    def at(self, points, factors):
-        """points (n, 3) m on the surface, factors (n, exact sources) -> irradiance / pi (n, 3)"""
-        local = self.field.scene.surfaces[self.surface].shape.local(points)
-        cell, weight = self.field.locate(np.full(len(local), self.surface), local)
+    def between(self, cell, weight, factors):
+        """Where cells (n,) and weights (n, 9) interpolate, factors (n, exact sources) -> irradiance / pi (n, 3)"""
         value = np.einsum("nk,nkc->nc", weight, self.values[self.local[self.field.nodes[cell]]])
         means = value[:, 3:].reshape(len(value), -1, 3)
         return value[:, :3] + np.einsum("ns,nsc->nc", factors, means)

@@ -18,6 +18,7 @@ from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, 
 from .error_flow import Flow, areas_of_nodes, norms
 from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
+from .kept import KeptLinks
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
 from .rays.solution import ray_steps
@@ -136,6 +137,14 @@ class Solution(ReadOff):
             raise SceneError("relight: this solution was delivered early, without what relighting needs; solve again")
         return _relit(self._state, scene)
 
+    def kept_steps(self, surface, points, normals=None, inward=None):
+        """Kept of points (n, 3) m of surfaces (n,): generator of the fraction done."""
+        if self._state.rows is None:
+            raise SceneError("kept: this solution was delivered early, without what relighting needs; solve again")
+        kept = KeptLinks(self._state, _under_other_light, surface, points)
+        yield from kept.steps(EVALUATE // 8)
+        return kept
+
     def let_go(self):
         """Make room for the rows of a better solution: this one cannot be relit any more."""
         self._state.rows = None
@@ -185,6 +194,16 @@ class _State:
 
     def incident(self, surface, points):
         """points (n, 3) m near surfaces (n,) -> irradiance / pi (n, 3); direct light and the leading sources exact."""
+        out = np.empty((len(points), 3))
+        for s, part, lights, exact, cell, weight, covered in self.seen(surface, points):
+            out[part] = lights @ self.light + self.received[s].between(cell, weight, exact)
+            out[part[covered]] = 0.0
+        return out
+
+    def seen(self, surface, points):
+        """Of points (n, 3) m near surfaces (n,), what each surface's see of the sources, and where they lie in the
+        field: [(s, index (k,), factors (k, lights + 1), of exact sources (k, e), cells (k,), weights (k, 9), covered)].
+        """
         on, x, normals = np.empty((3, *points.shape))
         present = np.unique(surface)
         parts = [np.flatnonzero(surface == s) for s in present]
@@ -195,12 +214,13 @@ class _State:
             on[part] = own.shape.project(points[part])
             normals[part], x[part] = own.normals(on[part]), self.field.inset(s, on[part])
         factors = self._factors(x, normals, surface, parts, wanted)
-        out = np.empty((len(points), 3))
+        covered, out = contacts_of(self.scene).covered(x, surface), []
         for s, part, needed, exact, factor in zip(present, parts, wanted, sources, factors):
             lights = np.append(np.searchsorted(needed, self.lights), -1)
-            out[part] = factor[:, lights] @ self.light
-            out[part] += self.received[s].at(x[part], factor[:, np.searchsorted(needed, exact)])
-        out[contacts_of(self.scene).covered(x, surface)] = 0.0
+            own = np.full(len(part), s)
+            placed = self.field.locate(own, self.field.local(own, x[part]))
+            exact = factor[:, np.searchsorted(needed, exact)]
+            out.append((s, part, factor[:, lights], exact, *placed, covered[part]))
         return out
 
     def _factors(self, x, normals, surface, parts, wanted):
@@ -836,6 +856,19 @@ def _round(state, target, last):
 
 def _relit(old, scene):
     """Solution of old's shapes under other light, from its stored rows and factors."""
+    state = _under_other_light(old, scene)
+    if state.looks and state.norm > 0:
+        finish(state.amplify())
+        finish(state.judge())
+    elif not state.norm > 0:
+        state.error, state.error_parts, state.own_errors = 0.0, {}, np.zeros(len(scene))
+        state.node_error = np.zeros(len(state.sent.keys))
+    state.history.append((state.elapsed(), state.error))
+    return Solution(state)
+
+
+def _under_other_light(old, scene):
+    """State of old's shapes under other light, but for its error."""
     if not isinstance(scene, Scene):
         raise SceneError(f"relight needs a Scene, not {scene!r}")
     same = len(scene) == len(old.given) and all(
@@ -862,11 +895,4 @@ def _relit(old, scene):
     state.indirect = np.zeros_like(state.indirect)  # the old light may be larger than the new by any factor
     finish(state.solve(1e-2 * max(old.error, 1e-6)))
     finish(state.divide(old.error))
-    if state.looks and state.norm > 0:
-        finish(state.amplify())
-        finish(state.judge())
-    elif not state.norm > 0:
-        state.error, state.error_parts, state.own_errors = 0.0, {}, np.zeros(len(scene))
-        state.node_error = np.zeros(len(state.sent.keys))
-    state.history.append((state.elapsed(), state.error))
-    return Solution(state)
+    return state

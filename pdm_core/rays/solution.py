@@ -8,10 +8,11 @@ import numpy as np
 from ..checked import SceneError, vectors
 from ..plan import plan_by_rays
 from ..read_off import ReadOff
-from ..scene import Scene, unit
+from ..scene import unit
 from ..signs_of_life import finish, in_thread, mapped
 from .bundles import Receivers
 from .engine import RayState
+from .kept import KeptRays, check_light
 from .placed import Placed
 from .where import nodes_near
 
@@ -83,6 +84,12 @@ class RaySolution(ReadOff):
         without visibility."""
         return _relit(self._state, self.plan, scene)
 
+    def kept_steps(self, surface, points, normals=None, inward=None):
+        """Kept of points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
+        kept = KeptRays(self._state, surface, points)
+        yield from kept.steps(self._state, normals, inward)
+        return kept
+
     def let_go(self):
         """Its rays are what a better solution grows from: nothing to free."""
 
@@ -140,21 +147,9 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
 
 
 def _relit(old, plan, scene):
-    if not isinstance(scene, Scene):
-        raise SceneError(f"relight needs a Scene, not {scene!r}")
-    same = len(scene) == len(old.scene) and all(
-        a.shape is b.shape and a.side == b.side for a, b in zip(scene.surfaces, old.scene.surfaces)
-    )
-    if not same or len(scene.lights) != len(old.scene.lights):
-        raise SceneError(
-            "relight needs the same shapes, sides and lights in the same order; solve the new scene instead"
-        )
-    shines = (scene.emission > 0).any(axis=1)
-    shone = (old.scene.emission > 0).any(axis=1)
-    lights = scene.background.any() and not old.scene.background.any()
-    reflects = (scene.reflectance > 0).any(axis=1)
-    if lights or (shines & ~shone).any() or (reflects & ~old.reflects).any():
-        raise SceneError("relight: what was dark or black now sends light; solve again")
+    check_light(old.scene, old.reflects, scene)
+    if scene.background.any() and not old.scene.background.any():
+        raise SceneError("relight: the background was dark and now sends light; solve again")
     state = copy.copy(old)
     state.take_light(scene)
     finish(state.solve())

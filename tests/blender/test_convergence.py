@@ -73,7 +73,7 @@ def rock_and_lamp():
     floor = scenes.grid("Floor", 4, 4.0, made_of=scenes.material("Floor", (0.6, 0.5, 0.4)))
     rock = scenes.add(
         "Rock",
-        lambda b: scenes.bmesh.ops.create_icosphere(b, subdivisions=2, radius=0.7),
+        lambda b: scenes.bmesh.ops.create_icosphere(b, subdivisions=4, radius=0.7),
         scenes.Matrix.Translation((0, 0, 0.9)) @ scenes.Matrix.Scale(1.6, 4, (1, 0, 0)),
         scenes.material("Rock", (0.7, 0.7, 0.7)),
     )
@@ -90,14 +90,14 @@ def rock_and_lamp():
 def test_meshes_and_lamps_are_measured_too(rock_and_lamp, addon):
     before = state_of_scene()
     module = addon("operators.convergence")
-    settings = module.ConvergenceSettings(time_limit=60.0, tightest=0.02, cycles=True)
+    settings = module.ConvergenceSettings(time_limit=60.0, tightest=0.04, cycles=True)
     result = addon("pdm_core.signs_of_life").finish(module.convergence_steps(bpy.context, settings))
     assert state_of_scene() == before
     assert any("published method is left out" in text and "Rock" in text for text in result["said"])
     mine = [run for run in result["runs"] if run["method"] == "this bake"]
     theirs = [run for run in result["runs"] if run["method"] == "Cycles"]
     assert len(mine) >= 3 and len(theirs) >= 2 and len(result["runs"]) == len(mine) + len(theirs), result["said"]
-    assert mine[-1]["reference"] and result["floor"] == mine[-1]["stated"] <= 0.02
+    assert mine[-1]["reference"] and result["floor"] == mine[-1]["stated"] < 0.08
     for run in mine:
         assert run["rays"] > 0 and run["shadow_rays"] > 0 and run["nodes"] > 0 and "links" not in run
         assert run["reference"] or run["measured"]["surfaces"]["l2"] <= run["stated"] + result["floor"]
