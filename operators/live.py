@@ -20,6 +20,7 @@ from .render_visible import evaluated, render_visible
 from .world_nodes import NotPlain, terms_of
 
 AGAIN = "bake again to see it"
+UNSEEN = {"CAMERA", "SPEAKER", "LIGHT_PROBE"}  # types of objects that are nothing to the light
 
 
 @dataclass(eq=False)
@@ -74,13 +75,16 @@ def hold(context, settings, reading, targets, points, kept):
         suns = sum(light.name.startswith("Sun of world") for light in reading.scene.lights)
         live.held = Held(
             context.scene.name, settings, kept, reading.scene, reading.materials, len(reading.scene.lights) - suns,
-            [(target.name, p) for target, p in zip(targets, points, strict=True)], shown_by(context),
+            [(target.name, p) for target, p in zip(targets, points, strict=True)], shown_by(context.view_layer),
         )  # fmt: skip
 
 
-def shown_by(context):
-    """What changes without the dependency graph saying so."""
-    return hash(tuple(obj.name for obj in render_visible(context.view_layer)))
+def shown_by(view_layer):
+    """hash of the names of what a render shows, instanced collections' objects too: a change of a collection may be
+    anything."""
+    visible = [obj for obj in render_visible(view_layer) if obj.type not in UNSEEN]
+    made = [obj.instance_collection.all_objects for obj in visible if obj.instance_collection]
+    return hash(tuple(obj.name for objects in (visible, *made) for obj in objects))
 
 
 def relight(context):
@@ -89,8 +93,6 @@ def relight(context):
     if held is None or not held.stale:
         return
     stale, held.stale = held.stale, set()
-    if held.shown != shown_by(context):
-        raise BakeError(f"Objects were added, removed or hidden; {AGAIN}")
     materials = _materials(held, stale)
     background, lights = _background(context, held, stale)
     lamps = held.lit.lights[: held.lamps]

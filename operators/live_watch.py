@@ -9,11 +9,10 @@ from bpy.types import Operator
 
 from ..pdm_core import SceneError
 from .colour_attribute import BakeError
-from .live import live, relight
+from .live import UNSEEN, live, relight, shown_by
 from .modal_steps import current, redraw_sidebars
 
 MOVED = "What shapes the light has changed; bake again to go on"
-UNSEEN = {"CAMERA", "SPEAKER", "LIGHT_PROBE"}
 
 
 def note(depsgraph):
@@ -22,7 +21,8 @@ def note(depsgraph):
     if held is None or live.is_own or current.stage is not None or depsgraph.scene.name != held.scene:
         return
     for update in depsgraph.updates:
-        if _is_shape(update):
+        of_all = isinstance(update.id, bpy.types.Collection | bpy.types.Scene)
+        if _is_shape(update) or (of_all and held.shown != shown_by(depsgraph.view_layer)):
             live.drop(MOVED)
             return
         if isinstance(update.id, bpy.types.Material):
@@ -40,9 +40,8 @@ def _is_shape(update):
         return update.is_updated_transform
     if isinstance(update.id, bpy.types.Object):
         return changed and update.id.type not in UNSEEN
-    if isinstance(update.id, bpy.types.Mesh):  # of a mesh all else is told of its object
-        return update.is_updated_geometry
-    return isinstance(update.id, bpy.types.Collection | bpy.types.Scene) and changed
+    # of a mesh all else is told of its object
+    return isinstance(update.id, bpy.types.Mesh) and update.is_updated_geometry
 
 
 def follow(context):
@@ -61,7 +60,8 @@ def follow(context):
 @persistent
 def _changed(scene, depsgraph):
     note(depsgraph)
-    if live.held is not None and live.held.stale and not bpy.app.timers.is_registered(_tick):
+    is_due = live.held is not None and live.held.stale and not bpy.app.background  # where timers never come
+    if is_due and not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=0.0)
 
 

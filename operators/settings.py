@@ -13,7 +13,6 @@ from bpy.props import (
 from bpy.types import PropertyGroup
 
 from .listed import PDM_PG_listed, fill, select_listed
-from .live import live
 
 
 class BakeProperties:
@@ -145,6 +144,8 @@ def _set_preset(self, number):
 
 
 def _switch_live(self, context):
+    from .live import live  # with it above, 4.2 crashes at exit: modules are taken down in another order
+
     if not self.live:
         live.drop()
 
