@@ -17,6 +17,7 @@ from .error_map import error_name, heat_map_steps, names_written
 from .field_at import Field
 from .live import hold
 from .own_meshes import OwnMeshes
+from .passes import OF_LIGHT, in_order, pass_steps
 from .read_scene import read_steps, some
 from .render_visible import render_visible
 from .report import bake_report, scan_result
@@ -39,8 +40,13 @@ class BakeSettings:
     data_type: str = "FLOAT_COLOR"
     exposure: float = 0.0  # stops
     heat_map: bool = False  # also the estimated error, as colours
+    passes: tuple = ()  # names of passes.SUFFIX, in any order: also these, as attributes of their own
+    ao_distance: float = 1.0  # m, of the pass AO
     make_single_user: bool = False  # objects that share a mesh get their own
     apply_modifiers: bool = False  # what modifiers change is baked as they leave it
+
+    def __post_init__(self):
+        object.__setattr__(self, "passes", in_order(self.passes))
 
 
 def bake_steps(context, settings, enough=lambda: False):
@@ -50,7 +56,7 @@ def bake_steps(context, settings, enough=lambda: False):
     the best so far. Raises BakeError, SceneError.
     """
     seconds = {}
-    for name in names_written(settings.attribute, settings.heat_map):
+    for name in names_written(settings.attribute, settings.heat_map, settings.passes):
         check_name(name)
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
@@ -64,7 +70,7 @@ def bake_steps(context, settings, enough=lambda: False):
         reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
         targets = find_targets(reading)
         for target in targets:
-            for name in names_written(settings.attribute, settings.heat_map):
+            for name in names_written(settings.attribute, settings.heat_map, settings.passes):
                 check_target(target.object, name)
         check_light(context, reading)
         away = yield from _check_sides(reading, targets)
@@ -77,9 +83,12 @@ def bake_steps(context, settings, enough=lambda: False):
     with _timed(seconds, "evaluate"):
         field = Field(solution, settings.quantity)
         kept, told = None, []
-        if context.scene.pdm_radiosity.live:
+        is_live = context.scene.pdm_radiosity.live
+        if is_live or any(name in OF_LIGHT for name in settings.passes):
             kept = yield from _keep(solution, points, told)
         values = yield from _evaluate(field, points, kept)
+        steps = pass_steps(settings, solution.scene, kept, targets, points)
+        passes = yield from mapped(steps, lambda done: Stage("Evaluating passes", done, solution.error))
     with _timed(seconds, "check"):
         steps = between_steps(field, targets, points, values, settings.target_error)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
@@ -97,6 +106,8 @@ def bake_steps(context, settings, enough=lambda: False):
             undo.callback(own_meshes.undo)
             if errors:
                 undo.callback(write_colours(errors.items, error_name(settings.attribute), "FLOAT_COLOR"))
+            for name, colours in passes.items():
+                undo.callback(write_colours(colours, name, settings.data_type))
             undo.callback(write_colours(items, settings.attribute, settings.data_type))
         report = bake_report(context, settings, reading, solution, between, items, points, seconds)
         report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
@@ -108,7 +119,7 @@ def bake_steps(context, settings, enough=lambda: False):
         context.scene.pdm_radiosity.keep(report)
         undo.pop_all()
     own_meshes.commit()
-    hold(context, settings, reading, targets, points, kept)
+    hold(context, settings, reading, targets, points, kept if is_live else None)
     return report
 
 
@@ -203,7 +214,7 @@ def _keep(solution, points, told):
     try:
         return (yield from mapped(steps, lambda done: Stage("Evaluating vertices", done, solution.error)))
     except SceneError as error:
-        told.append(f"Live: {error}")
+        told.append(f"Live and passes of the light are left out: {error}")
     return None
 
 

@@ -7,6 +7,8 @@ import numpy as np
 from .bake_points import joined
 from .colour_attribute import Colours
 from .convergence_page import ramp
+from .passes import SUFFIX as SUFFIXES
+from .passes import names_of
 
 SUFFIX = " Error"
 
@@ -23,9 +25,9 @@ def error_name(attribute):
     return attribute + SUFFIX
 
 
-def names_written(attribute, heat_map=True):
+def names_written(attribute, heat_map=True, passes=tuple(SUFFIXES)):
     """The attributes that a bake may write."""
-    return (attribute, error_name(attribute)) if heat_map else (attribute,)
+    return (attribute, *[error_name(attribute)] * heat_map, *names_of(attribute, passes))
 
 
 def heat_map_steps(solution, targets, points):

@@ -108,6 +108,26 @@ class BakeProperties:
         ),
         default=False,
     )
+    passes: EnumProperty(
+        name="Passes",
+        description="Also write these, as attributes of the same name followed by the pass's",
+        items=[
+            ("DIRECT", "Direct", "Light straight from lamps, emission and the world"),
+            ("INDIRECT", "Indirect", "Light by way of reflections: with Direct and the own emission all there is"),
+            ("SKY", "Sky", "The share of the sky that is seen, weighted by the cosine: 1 in the open"),
+            ("AO", "AO", "Ambient occlusion: the same share of where nothing is within the distance"),
+        ],
+        options={"ENUM_FLAG"},
+        default=set(),
+    )
+    ao_distance: FloatProperty(
+        name="AO Distance",
+        description="How far ambient occlusion looks",
+        default=1.0,
+        min=1e-6,
+        soft_max=100.0,
+        unit="LENGTH",
+    )
     make_single_user: BoolProperty(
         name="Make Single User",
         description=(

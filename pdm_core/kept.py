@@ -29,11 +29,15 @@ class Kept:
 
     def incident(self, scene):
         """Irradiance / pi (n, 3) at the points."""
+        return sum(self.parts(scene))
+
+    def parts(self, scene):
+        """Irradiance / pi (n, 3) straight from lights, emission and the background, and by way of reflections."""
         changed = self._changed(scene)
-        light = self.light(scene, changed)
+        parts = self.light(scene, changed)
         self._read(scene, changed)
         self.scene = scene
-        return np.maximum(light, 0.0)
+        return [np.maximum(part, 0.0) for part in parts]
 
     def _changed(self, scene):
         """[index] of the surfaces whose material is another than before."""
@@ -95,10 +99,10 @@ class KeptLinks(Kept):
 
     def steps(self, chunk):
         """Generator of the fraction done, that works out what is kept; chunk: points at once."""
-        self.parts, n = [], len(self.points)
+        self.seen, n = [], len(self.points)
         for start in range(0, n, chunk):
             index = self.order[start : start + chunk]
-            self.parts += self._of(index, self.surface[index], self.points[index] - self.state.origin)
+            self.seen += self._of(index, self.surface[index], self.points[index] - self.state.origin)
             check_room(self.bytes)
             yield min(start + chunk, n) / n
 
@@ -109,13 +113,13 @@ class KeptLinks(Kept):
 
     def light(self, scene, changed):
         state = self.relit(self.state, scene)
-        out = np.empty(self.points.shape)
-        for s, index, lights, exact, cell, weight, covered in self.parts:
-            out[index] = lights @ state.light + state.received[s].between(cell, weight, exact)
-            out[index[covered]] = 0.0
-        return out
+        direct, rest = np.empty((2, *self.points.shape))
+        for s, index, lights, exact, cell, weight, covered in self.seen:
+            direct[index], rest[index] = lights @ state.light, state.received[s].between(cell, weight, exact)
+            direct[index[covered]] = rest[index[covered]] = 0.0
+        return direct, rest
 
     @property
     def bytes(self):
         """Also of the solution's own rows, without which it cannot be relit."""
-        return self.state.rows.bytes + sum(a.nbytes for _, *arrays in self.parts for a in arrays)
+        return self.state.rows.bytes + sum(a.nbytes for _, *arrays in self.seen for a in arrays)

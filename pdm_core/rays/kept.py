@@ -80,7 +80,7 @@ class KeptRays(Kept):
         check_light(self.given, self.reflects, scene)
         self.groups.take_materials(self.scene, scene, changed)
         direct = np.einsum("nkc,kc->nc", self.factor, self._colours(scene))
-        return direct + self.sky.light(scene) + self.share * self._reflected(scene)
+        return direct + self.sky.light(scene), self.share * self._reflected(scene)
 
     def _colours(self, scene):
         lamps = np.array([lamp.colour for lamp in scene.lights]).reshape(-1, 3)

@@ -61,6 +61,17 @@ def test_other_light_is_that_of_relighting(solved, kept, other):
     assert off(kept.radiance(scene), finish(solution.radiance_steps(surface, points))) < TARGET / 4
 
 
+def test_parts_are_all_of_the_light(solved, kept):
+    scene, solution, surface, points = solved
+    direct, rest = kept.parts(scene)
+    np.testing.assert_allclose(direct + rest, kept.incident(scene))
+    assert (direct >= 0).all() and (rest > 0).mean() > 0.9
+    black = Scene([replace(s, reflectance=0.0) for s in scene.surfaces], lights=scene.lights)
+    alone, none = kept.parts(black)
+    np.testing.assert_allclose(alone, direct, atol=1e-6 * direct.max())
+    assert not none.any()
+
+
 def test_off_and_on_again(solved, kept):
     scene, solution, surface, points = solved
     assert not kept.radiance(changed(scene, shine=0.0, watts=0.0)).any()
