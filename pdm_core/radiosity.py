@@ -411,6 +411,15 @@ class _State:
         self.promised = self._promised()
         self.sent_error /= max(self.norm, 1e-300)
 
+    def share_out(self):
+        """Received light of every surface split as before, after a relight; yields."""
+        received, factors = yield from self.by_source(self.radiosity())
+        self.received = []
+        for s in range(len(self.scene)):
+            nodes = self.field.node_surface == s
+            part = Received(self.field, s, received[nodes], factors[nodes], self.reflectors)
+            self.received.append(part.take(self.exact[s]).conform())
+
     def _promised(self):
         return float(np.linalg.norm(self.leaf_error[self.field.leaves])) / max(self.norm, 1e-300)
 
@@ -857,6 +866,8 @@ def _round(state, target, last):
 def _relit(old, scene):
     """Solution of old's shapes under other light, from its stored rows and factors."""
     state = _under_other_light(old, scene)
+    finish(state.solve(1e-2 * max(old.error, 1e-6)))
+    finish(state.divide(old.error))
     if state.looks and state.norm > 0:
         finish(state.amplify())
         finish(state.judge())
@@ -868,7 +879,7 @@ def _relit(old, scene):
 
 
 def _under_other_light(old, scene):
-    """State of old's shapes under other light, but for its error."""
+    """State of old's shapes under other light, to be solved."""
     if not isinstance(scene, Scene):
         raise SceneError(f"relight needs a Scene, not {scene!r}")
     same = len(scene) == len(old.given) and all(
@@ -893,6 +904,4 @@ def _under_other_light(old, scene):
     state.exact = {s: part.exact for s, part in enumerate(old.received)}
     state.lit = state.fractions @ state.light
     state.indirect = np.zeros_like(state.indirect)  # the old light may be larger than the new by any factor
-    finish(state.solve(1e-2 * max(old.error, 1e-6)))
-    finish(state.divide(old.error))
     return state
