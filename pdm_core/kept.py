@@ -6,12 +6,17 @@ from dataclasses import replace
 import numpy as np
 
 from .checked import SceneError
-from .closed_forms import divide
+from .numerics import gmres
 from .scene import Scene
 from .signs_of_life import finish
 
 MOST = 1.5e9  # bytes kept
-SOLVED = 0.02  # relative residual of the linear system, of the error
+GROUPS = 1500  # of nodes, at most: their matrix stays in the cache
+TRIED = 1.2  # factor of the size of groups, until there are no more
+SOLVED = 0.01  # squared: relative residual of the linear system
+STEPS = 60  # of the solver at most
+FAINT = 1e-6  # of the brightest light by way of groups: below it nothing is told
+LEAST_SHARE, MOST_SHARE = 0.1, 10.0  # of what groups tell: the light itself
 
 
 class Kept:
@@ -90,45 +95,108 @@ def check_room(size):
         )
 
 
-class KeptLinks(Kept):
-    """Of a solution by links: the factors of the lights and of the sources taken exactly, and places in the field.
+class KeptGroups(Kept):
+    """Light that comes from sources at once, and by way of groups of nodes, neighbours on one surface, whose matrix is
+    small. What falls where within a group stays as the solution had it: under its own light nothing is lost.
 
-    relit(state, scene) -> a state under other light, to be solved, whose exact sources are the same.
+    Of each kind are check(scene), which raises where what is kept does not tell, colours(scene) (k, 3) of the sources,
+    and shining(scene) (groups, 3): what groups send whatever they receive.
+
+    factor (n, k, 1 or 3) of k sources at the points, rows (n, groups), share (n, 3): the solution's light from the
+    groups, of what rows tell; group_factor, group_rows, reflectance_of_groups: of the groups; indirect (groups, 3).
     """
 
-    def __init__(self, state, relit, surface, points):
-        super().__init__(state.given, surface, points)
-        self.state, self.relit = state, relit
-        self.guess = state.indirect, state.lit  # indirect light that was last found, and direct
+    def __init__(self, scene, surface, points, of, node_surface, weight, sources, channels=1):
+        super().__init__(scene, surface, points)
+        self.of, self.count = of, int(of.max(initial=-1)) + 1
+        self.part = weight / np.maximum(np.bincount(of, weight, self.count), 1e-300)[of]
+        self.group_surface = np.zeros(self.count, int)
+        self.group_surface[of] = node_surface
+        check_room(4 * (len(points) * (self.count + channels * sources) + self.count**2))
+        self.factor = np.zeros((len(points), sources, channels), np.float32)
+        self.rows = np.zeros((len(points), self.count), np.float32)
+        self.group_rows = np.zeros((self.count, self.count), np.float32)
+        self.indirect = np.zeros((self.count, 3))
+        self.tolerance = SOLVED * SOLVED
 
-    def steps(self, chunk):
-        """Generator of the fraction done, that works out what is kept; chunk: points at once."""
-        self.seen, n = [], len(self.points)
-        for start in range(0, n, chunk):
-            index = self.order[start : start + chunk]
-            self.seen += self._of(index, self.surface[index], self.points[index] - self.state.origin)
-            check_room(self.bytes)
-            yield min(start + chunk, n) / n
+    def take_nodes(self, factor, reflectance):
+        """factor (nodes, k, 1 or 3), reflectance (nodes, 3): their means over the groups."""
+        shape = factor.shape[1:]
+        self.group_factor = self._mean(factor.reshape(len(factor), -1)).reshape(self.count, *shape)
+        self.reflectance_of_groups = self._mean(reflectance)
 
-    def _of(self, index, surface, points):
-        """[(surface, index (k,), factors of lights, of exact sources, cells (k,), weights (k, 9), covered (k,))]"""
-        seen = self.state.seen(surface, points)
-        return [(s, index[part], *rest) for s, part, *rest in seen]
+    def _mean(self, values):
+        columns = [np.bincount(self.of, self.part * v, self.count) for v in values.T]
+        return np.stack(columns, axis=1) if columns else np.zeros((self.count, 0))
+
+    def settle(self, light):
+        """light (n, 3): what the solution has at the points by way of reflections."""
+        self.share = np.ones_like(light)
+        told = self._reflected(self.scene)
+        clear = told > FAINT * max(np.abs(told).max(initial=0.0), 1e-300)
+        self.share[clear] = np.clip(light[clear] / told[clear], LEAST_SHARE, MOST_SHARE)
 
     def light(self, scene, changed):
-        state, (indirect, lit) = self.relit(self.state, scene), self.guess
-        size = np.abs(lit).sum(axis=0)
-        state.indirect = indirect * divide(np.abs(state.lit).sum(axis=0), size)
-        finish(state.solve(SOLVED * state.error))
-        finish(state.share_out())
-        self.guess = state.indirect, state.lit
-        direct, rest = np.empty((2, *self.points.shape))
-        for s, index, lights, exact, cell, weight, covered in self.seen:
-            direct[index], rest[index] = lights @ state.light, state.received[s].between(cell, weight, exact)
-            direct[index[covered]] = rest[index[covered]] = 0.0
-        return direct, rest
+        self.check(scene)
+        self._take_materials(scene, changed)
+        return self._straight(self.factor, scene) + self.sky(scene), self.share * self._reflected(scene)
+
+    def _take_materials(self, scene, changed):
+        for k in changed:
+            a, b = self.scene.surfaces[k], scene.surfaces[k]
+            other = [what for what in ("reflectance", "emission") if not same(a, b, what)]
+            shines = "emission" in other and (callable(a.emission) or callable(b.emission))
+            if shines or ("reflectance" in other and callable(b.reflectance)):
+                raise SceneError(f"Surface {b.name!r} varies from place to place; solve again to see it changed")
+            if "reflectance" in other:
+                self.reflectance_of_groups[self.group_surface == k] = b.reflectance
+
+    def _straight(self, factor, scene):
+        """factor (n, k, 1 or 3) -> (n, 3)"""
+        colours = self.colours(scene).astype(np.float32)
+        if factor.shape[2] == 1:
+            return (factor[..., 0] @ colours).astype(float)
+        return np.einsum("nkc,kc->nc", factor, colours)
+
+    def _reflected(self, scene):
+        """(n, 3) What the groups send to the points."""
+        rho, shining = self.reflectance_of_groups, self.shining(scene)
+        outer = self._straight(self.group_factor, scene) + self.group_sky(scene)
+
+        def times(value):
+            return (self.group_rows @ value.astype(np.float32)).astype(float)
+
+        right = times(rho * outer + shining)
+        guess = np.where(right.any(axis=0), self.indirect, 0.0)
+        self.indirect = finish(gmres(lambda v: times(rho * v), right, guess, self.tolerance, STEPS))[0]
+        sent = rho * (outer + self.indirect) + shining
+        return self.rows @ sent.astype(np.float32)
+
+    def sky(self, scene):
+        """(n, 3) Light from outside that no source stands for."""
+        return 0.0
+
+    def group_sky(self, scene):
+        """The same at the groups."""
+        return 0.0
 
     @property
     def bytes(self):
-        """Also of the solution's own rows, without which it cannot be relit."""
-        return self.state.rows.bytes + sum(a.nbytes for _, *arrays in self.seen for a in arrays)
+        """What is kept takes of the memory."""
+        arrays = self.factor, self.rows, self.share, self.group_rows, self.group_factor, self.of, self.part, self.points
+        return sum(array.nbytes for array in arrays)
+
+
+def group(surface, points, weight):
+    """(n,) Numbers of groups of nodes on surfaces (n,) at points (n, 3) m that are near each other, GROUPS at most,
+    unless there are more surfaces; weight (n,) m^2."""
+    low = points.min(axis=0, initial=np.inf)
+    size = np.sqrt(weight.sum() / GROUPS)
+    fewest = len(np.unique(surface))
+    while True:
+        cell = np.minimum(np.floor((points - low) / max(size, 1e-300)), 1 << 15).astype(np.int64)
+        key = (surface.astype(np.int64) << 48) + (cell[:, 0] << 32) + (cell[:, 1] << 16) + cell[:, 2]
+        found, of = np.unique(key, return_inverse=True)
+        if len(found) <= max(GROUPS, fewest):
+            return of.reshape(-1)
+        size *= TRIED

@@ -18,7 +18,7 @@ from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, 
 from .error_flow import Flow, areas_of_nodes, norms
 from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
-from .kept import KeptLinks
+from .kept_links import KeptLinks
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
 from .rays.solution import ray_steps
@@ -141,8 +141,8 @@ class Solution(ReadOff):
         """Kept of points (n, 3) m of surfaces (n,): generator of the fraction done."""
         if self._state.rows is None:
             raise SceneError("kept: this solution was delivered early, without what relighting needs; solve again")
-        kept = KeptLinks(self._state, _under_other_light, surface, points)
-        yield from kept.steps(EVALUATE // 8)
+        kept = KeptLinks(self._state, surface, points)
+        yield from kept.steps(self._state, EVALUATE // 8)
         return kept
 
     def let_go(self):
@@ -410,15 +410,6 @@ class _State:
             yield
         self.promised = self._promised()
         self.sent_error /= max(self.norm, 1e-300)
-
-    def share_out(self):
-        """Received light of every surface split as before, after a relight; yields."""
-        received, factors = yield from self.by_source(self.radiosity())
-        self.received = []
-        for s in range(len(self.scene)):
-            nodes = self.field.node_surface == s
-            part = Received(self.field, s, received[nodes], factors[nodes], self.reflectors)
-            self.received.append(part.take(self.exact[s]).conform())
 
     def _promised(self):
         return float(np.linalg.norm(self.leaf_error[self.field.leaves])) / max(self.norm, 1e-300)
