@@ -7,7 +7,7 @@ from .signs_of_life import finish
 
 
 class ReadOff:
-    """Of a solution with `scene`, `incident_steps` and `estimated_error_steps`."""
+    """Of a solution with `scene`, `incident_steps`, `estimated_error_steps` and `kept_steps`."""
 
     def incident(self, surface_index, points, normals=None, inward=None):
         """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side.
@@ -30,6 +30,10 @@ class ReadOff:
         """points (n, 3) m, projected onto the surface -> (n,) estimated error of the radiance there, in its unit, as
         the length of the three channels': where it is likely to be large, not a bound at each point."""
         return finish(self.estimated_error_steps(*self._of_one(surface_index, points)))
+
+    def kept(self, surface, points, normals=None, inward=None):
+        """Kept of points (n, 3) m of surfaces (n,): their light under any other, at once, as long as no shape changes."""
+        return finish(self.kept_steps(surface, vectors(points, "points"), normals, inward))
 
     def _of_one(self, surface_index, points):
         points = vectors(points, "points")

@@ -37,7 +37,7 @@ def solved(request):
 @pytest.fixture
 def kept(solved):
     _, solution, surface, points = solved
-    return finish(solution.kept_steps(surface, points))
+    return solution.kept(surface, points)
 
 
 def test_the_same_light_is_what_was_solved(solved, kept):
@@ -83,7 +83,7 @@ def test_a_sky_of_other_strength():
     scene = Scene(scene.surfaces[1:], scene.background, lights=scene.lights)  # without the floor
     solution = solve(scene, TARGET)
     surface, points = points_over(scene, 1000)
-    kept = finish(solution.kept_steps(surface, points))
+    kept = solution.kept(surface, points)
     for sky in (2.0, lambda directions: 1 + directions):
         new = Scene(scene.surfaces, sky, lights=scene.lights)
         if callable(sky):
@@ -94,7 +94,7 @@ def test_a_sky_of_other_strength():
         assert off(kept.radiance(new), finish(again.radiance_steps(surface, points))) < TARGET / 2
     varied = Scene(scene.surfaces, lambda directions: 1 + directions, lights=scene.lights)
     solution = solve(varied, TARGET)
-    kept = finish(solution.kept_steps(surface, points))
+    kept = solution.kept(surface, points)
     new = Scene(scene.surfaces, lambda directions: 2 - directions, lights=scene.lights)
     assert off(kept.radiance(new), finish(solution.relight(new).radiance_steps(surface, points))) < TARGET / 2
 
