@@ -2,11 +2,12 @@
 
 import bpy
 
-from . import command_line, look
+from . import command_line, live_watch, look
 from .bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
 from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from .example_room import PDM_OT_example_room
 from .listed import PDM_PG_listed
+from .live_watch import PDM_OT_free_live
 from .mend import PDM_OT_mend
 from .modal_steps import stop_bake
 from .preview_material import PDM_OT_preview_material
@@ -27,6 +28,7 @@ CLASSES = (
     PDM_OT_subdivide,
     PDM_OT_convergence,
     PDM_OT_convergence_page,
+    PDM_OT_free_live,
 )
 
 
@@ -36,10 +38,12 @@ def register():
     bpy.types.Scene.pdm_radiosity = bpy.props.PointerProperty(type=PDM_PG_scene)
     command_line.register()
     look.register()
+    live_watch.register()
 
 
 def unregister():
     stop_bake(bpy.context)
+    live_watch.unregister()
     look.unregister()
     command_line.unregister()
     del bpy.types.Scene.pdm_radiosity

@@ -7,15 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pdm_core import solve_steps
+from ..pdm_core import SceneError, solve_steps
 from ..pdm_core.plan import lit
 from ..pdm_core.signs_of_life import finish, in_thread, mapped
-from .bake_points import bake_points, corners_of
+from .bake_points import bake_points, corners_of, joined
 from .between_vertices import between_steps, looks_between
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
-from .error_map import error_name, heat_map, names_written
+from .error_map import error_name, heat_map_steps, names_written
 from .field_at import Field
+from .live import hold
 from .own_meshes import OwnMeshes
+from .passes import OF_LIGHT, in_order, pass_steps
 from .read_scene import read_steps, some
 from .render_visible import render_visible
 from .report import bake_report, scan_result
@@ -38,8 +40,13 @@ class BakeSettings:
     data_type: str = "FLOAT_COLOR"
     exposure: float = 0.0  # stops
     heat_map: bool = False  # also the estimated error, as colours
+    passes: tuple = ()  # names of passes.SUFFIX, in any order: also these, as attributes of their own
+    ao_distance: float = 1.0  # m, of the pass AO
     make_single_user: bool = False  # objects that share a mesh get their own
     apply_modifiers: bool = False  # what modifiers change is baked as they leave it
+
+    def __post_init__(self):
+        object.__setattr__(self, "passes", in_order(self.passes))
 
 
 def bake_steps(context, settings, enough=lambda: False):
@@ -49,7 +56,7 @@ def bake_steps(context, settings, enough=lambda: False):
     the best so far. Raises BakeError, SceneError.
     """
     seconds = {}
-    for name in names_written(settings.attribute, settings.heat_map):
+    for name in names_written(settings.attribute, settings.heat_map, settings.passes):
         check_name(name)
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
@@ -63,7 +70,7 @@ def bake_steps(context, settings, enough=lambda: False):
         reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
         targets = find_targets(reading)
         for target in targets:
-            for name in names_written(settings.attribute, settings.heat_map):
+            for name in names_written(settings.attribute, settings.heat_map, settings.passes):
                 check_target(target.object, name)
         check_light(context, reading)
         away = yield from _check_sides(reading, targets)
@@ -75,22 +82,33 @@ def bake_steps(context, settings, enough=lambda: False):
         solution = yield from _solve(reading.scene, settings, seconds["read"], enough)
     with _timed(seconds, "evaluate"):
         field = Field(solution, settings.quantity)
+        kept, told = None, []
+        is_live = context.scene.pdm_radiosity.live
+        if is_live or any(name in OF_LIGHT for name in settings.passes):
+            kept = yield from _keep(solution, points, told)
         looks = looks_between(targets, points)
-        values, here = yield from _evaluate(field, points, looks)
+        values, here = yield from _evaluate(field, points, looks, kept)
+        steps = pass_steps(settings, solution.scene, kept, targets, points)
+        passes = yield from mapped(steps, lambda done: Stage("Evaluating passes", done, solution.error))
     with _timed(seconds, "check"):
         steps = between_steps(field, targets, points, values, looks, here, settings.target_error)
         between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
+        errors = None
+        if settings.heat_map:
+            steps = heat_map_steps(solution, targets, points)
+            errors = yield from mapped(steps, lambda done: Stage("Checking the error", done, solution.error))
     with ExitStack() as undo:  # of what was written, where anything after it fails
         with _timed(seconds, "write"):
             items = [
                 Colours(target.name, p.domain, p.colours(v * 2.0**settings.exposure))
                 for target, p, v in zip(targets, points, values, strict=True)
             ]
-            errors = heat_map(solution, targets, points) if settings.heat_map else None
             own_meshes = OwnMeshes(context, targets)
             undo.callback(own_meshes.undo)
             if errors:
                 undo.callback(write_colours(errors.items, error_name(settings.attribute), "FLOAT_COLOR"))
+            for name, colours in passes.items():
+                undo.callback(write_colours(colours, name, settings.data_type))
             undo.callback(write_colours(items, settings.attribute, settings.data_type))
         report = bake_report(context, settings, reading, solution, between, items, points, seconds)
         report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
@@ -98,9 +116,11 @@ def bake_steps(context, settings, enough=lambda: False):
             entry = next(entry for entry in report["objects"] if entry["name"] == targets[k].name)
             entry["finer"] = [list(row) for row in finer]
         report |= {"shining": lights_in(reading), "facing_away": away}
+        report["warnings"] += told
         context.scene.pdm_radiosity.keep(report)
         undo.pop_all()
     own_meshes.commit()
+    hold(context, settings, reading, targets, points, kept if is_live else None)
     return report
 
 
@@ -189,9 +209,25 @@ def _solve(scene, settings, spent, enough):
     return (yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
 
 
-def _evaluate(field, points, looks):
-    """The field where colours are read off, [(k, 3)] a bake object, and between its vertices, [(n, 3)]: all at once."""
-    steps = field.at_places([p.places() for p in points] + [look.places() for look in looks])
-    error = field.solution.error
+def _keep(solution, points, told):
+    """The Kept of all points, None where there is no room for it, which is told; yields."""
+    steps = solution.kept_steps(*joined(points))
+    try:
+        return (yield from mapped(steps, lambda done: Stage("Evaluating vertices", done, solution.error)))
+    except SceneError as error:
+        told.append(f"Live and passes of the light are left out: {error}")
+    return None
+
+
+def _evaluate(field, points, looks, kept):
+    """The field where colours are read off, [(k, 3)] a bake object, and between its vertices, [(n, 3)]: all at once, or
+    as it is kept; yields."""
+    error, scene = field.solution.error, field.solution.scene
+    places = [p.places() for p in points] if kept is None else []
+    steps = field.at_places(places + [look.places() for look in looks])
     values = yield from mapped(steps, lambda done: Stage("Evaluating vertices", done, error))
-    return values[: len(points)], values[len(points) :]
+    here = values[len(places) :]
+    if kept is None:
+        return values[: len(points)], here
+    light = kept.radiance(scene) if field.quantity == "RADIANCE" else kept.incident(scene)
+    return np.split(light, np.cumsum([len(p.points) for p in points])[:-1]), here

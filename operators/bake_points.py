@@ -79,6 +79,11 @@ def bake_points(surface, vertex, world, normals, middles, domain):
     )
 
 
+def joined(points):
+    """surfaces (n,), points, normals and inward (n, 3) of several BakePoints in turn."""
+    return tuple(np.concatenate(part) for part in zip(*(p.places() for p in points)))
+
+
 def _numbered(keys, normals):
     """One number for each key and normal (c, 3) float32 that occur together, in the order of the keys."""
     order = np.lexsort([*normals.T, keys])

@@ -20,6 +20,7 @@ from .convergence_operator import NAMES as CONVERGENCE_NAMES
 from .convergence_operator import write
 from .convergence_page import text_rows
 from .edit_mode import object_mode
+from .passes import SUFFIX
 from .render_image import render_image
 from .report import counted, one_line, percent, version
 from .settings import SETTING_NAMES, BakeProperties
@@ -98,6 +99,8 @@ def _words(options):
         option, value = f"--{name.replace('_', '-')}", getattr(options, name)
         if isinstance(value, bool):
             words += [option] * value
+        elif name == "passes":
+            words += [option, *value] if value else []
         elif name != "objects":
             words.append(f"{option}={value}")
     return words + ([f"--subdivide={options.subdivide}"] if options.subdivide else [])
@@ -247,6 +250,13 @@ def _parser():
     bake.add_argument("--report", metavar="FILE.json", help="write the report here")
     bake.add_argument("--image", type=_ending(".png"), metavar="FILE.png", help="render the baked scene (Cycles, CPU)")
     bake.add_argument("--heat-map", action="store_true", help="also write the estimated error as NAME Error")
+    bake.add_argument(
+        "--passes", nargs="+", choices=tuple(SUFFIX), default=(), metavar="PASS",
+        help=f"also write these parts, as NAME Direct and so on: {', '.join(SUFFIX)}",
+    )  # fmt: skip
+    bake.add_argument(
+        "--ao-distance", type=_number(1e-6), default=1.0, metavar="M", help="how far the pass AO looks, default 1"
+    )
     bake.add_argument("--make-single-user", action="store_true", help="objects that share a mesh get their own")
     bake.add_argument("--apply-modifiers", action="store_true", help="bake what modifiers change as they leave it")
     bake.add_argument(

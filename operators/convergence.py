@@ -10,13 +10,15 @@ import bpy
 import numpy as np
 
 from ..pdm_core import SceneError, solve_steps
-from ..pdm_core.compare import difference, points_over, radiance_at
+from ..pdm_core.choice import choose
+from ..pdm_core.compare import difference, points_over
 from ..pdm_core.foretell import seconds_to
 from ..pdm_core.left_out import left_out, seconds_steps
-from ..pdm_core.patch_radiosity import MOST_PATCHES, patch_radiosity_steps
+from ..pdm_core.patch_radiosity import MOST_PATCHES, beyond, patch_radiosity_steps
+from ..pdm_core.read_off import materials_at, runs_of
 from ..pdm_core.signs_of_life import mapped
 from .bake import Stage, baked_before, check_light, find_targets
-from .bake_points import bake_points, corners_of
+from .bake_points import bake_points, corners_of, joined
 from .colour_attribute import BakeError
 from .convergence_page import CYCLES, EXACT, PUBLISHED
 from .cycles_beside import cycles_steps
@@ -48,13 +50,25 @@ class ConvergenceSettings:
 
 @dataclass
 class Places:
-    """Where runs are compared: surface (k,), points (k, 3) of baked vertices, names (k,) of their objects, index of
-    vertices (k,); of the whole scene: surface, points."""
+    """Where runs are compared: surface (n,), points, normals and inward (n, 3), see bake_points.joined. First come k
+    baked vertices, then points spread over the whole scene; names (k,) of the vertices' objects, vertex (k,) index of
+    each among its object's."""
 
-    vertices: tuple
+    surface: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    inward: np.ndarray
     names: np.ndarray
     vertex: np.ndarray
-    everywhere: tuple
+
+    @property
+    def vertices(self):
+        """surface (k,) and points (k, 3) of the baked vertices."""
+        return self.surface[: len(self.names)], self.points[: len(self.names)]
+
+    def split(self, values):
+        """values (n, ...) at the baked vertices, and everywhere"""
+        return values[: len(self.names)], values[len(self.names) :]
 
 
 class _Keep:
@@ -62,6 +76,7 @@ class _Keep:
 
     def __init__(self, settings):
         self.settings, self.start, self.runs, self.said = settings, time.perf_counter(), [], []
+        self.published = settings.published  # and possible
 
     def elapsed(self):
         return time.perf_counter() - self.start
@@ -71,7 +86,7 @@ class _Keep:
 
 
 def convergence_steps(context, settings, stop=lambda: False):
-    """Generator of Stages; returns the result, a dict of JSON's own types, see `result_of`. The scene stays as it is.
+    """Generator of Stages; returns the result, see `result_steps`, of JSON's own types. The scene is left alone.
 
     stop(): asked between stages; True ends the ladder with what is done. Raises BakeError, SceneError.
     """
@@ -81,36 +96,38 @@ def convergence_steps(context, settings, stop=lambda: False):
     targets = find_targets(reading)
     check_light(context, reading)
     places = _places(reading, targets)
+    if keep.published and (what := beyond(reading.scene)):
+        keep.published = False
+        keep.said.append(f"the published method is left out: {what}")
     reference, plan = None, None
     for solution, values in (yield from _ladder(reading.scene, places, keep, stop)):
         reference, plan = (solution, values), solution.plan
     if reference is None:
         raise BakeError("Nothing was reached; raise the time limit")
     saved = yield from _saved(reading.scene, plan, keep, stop)
-    if settings.published and not stop():
+    if keep.published and not stop():
         yield from _published(reading.scene, places, keep, stop)
     if settings.cycles and not stop():
         yield from _cycles(context, reading, targets, places, keep)
-    return {**result_of(context, reading, places, keep, reference, plan), "saved": saved}
+    return {**(yield from result_steps(context, reading, places, keep, reference, plan)), "saved": saved}
 
 
 def _places(reading, targets):
     """The Places of the vertices to be baked, and random ones of the scene."""
-    surface, points, names, vertex = [], [], [], []
-    for target in targets:
-        found = bake_points(*corners_of(target), "CORNER")
-        surface += [np.full(stop - start, k) for k, start, stop in found.runs]
-        points.append(found.points)
-        names += [target.name] * len(found.points)
-        vertex.append(np.arange(len(found.points)))
-    surface, points, vertex = (np.concatenate(part) for part in (surface, points, vertex))
-    pick = np.sort(np.random.default_rng(0).permutation(len(points))[:MOST_VERTICES])
-    return Places((surface[pick], points[pick]), np.array(names)[pick], vertex[pick], points_over(reading.scene))
+    found = [bake_points(*corners_of(target), "CORNER") for target in targets]
+    counts = [len(p.points) for p in found]
+    pick = np.sort(np.random.default_rng(0).permutation(sum(counts))[:MOST_VERTICES])
+    names = np.repeat([target.name for target in targets], counts)[pick]
+    vertex = np.concatenate([np.arange(count) for count in counts])[pick]
+    surface, points = points_over(reading.scene)
+    everywhere = surface, points, *[np.full(points.shape, np.nan)] * 2
+    here = [np.concatenate([part[pick], more]) for part, more in zip(joined(found), everywhere, strict=True)]
+    return Places(*here, names, vertex)
 
 
 def _ladder(scene, places, keep, stop):
     """Ever tighter solutions, kept with their values as runs; returns [(Solution, values)] of the last; yields."""
-    share = OWN_SHARE if keep.settings.published or keep.settings.cycles else 1.0
+    share = OWN_SHARE if keep.published or keep.settings.cycles else 1.0
     last, history = [], []
     for target in [t for t in LADDER if t > NEARLY * keep.settings.tightest] + [keep.settings.tightest]:
         needed = seconds_to(history, target)
@@ -131,22 +148,30 @@ def _ladder(scene, places, keep, stop):
             break
         evaluated = yield from _values(solution, places)
         seconds, cpu = time.perf_counter() - wall, time.process_time() - cpu
-        counts = solution.counts
         keep.runs.append({
             "method": EXACT, "setting": f"target {100 * target:g} %", "stated": solution.error, "seconds": seconds,
             "cpu_seconds": cpu, "peak_megabytes": peak_megabytes(), "nodes": solution.nodes,
-            "links": counts.get("links", 0), "visibility_done": counts.get("exact", 0) + counts.get("sampled", 0),
-            "visibility_left_out": counts.get("free", 0) + counts.get("from the sum", 0),
-            "history": solution.history, "values": evaluated,
+            **_work(solution.counts), "history": solution.history, "values": evaluated,
         })  # fmt: skip
         last, history = [(solution, evaluated)], solution.history
     return last
 
 
+def _work(counts):
+    """What a solution took, by links or by rays: dict of a run."""
+    if "rays" in counts:
+        return {"rays": counts["rays"], "shadow_rays": counts.get("shadow rays", 0)}
+    return {
+        "links": counts.get("links", 0), "visibility_done": counts.get("exact", 0) + counts.get("sampled", 0),
+        "visibility_left_out": counts.get("free", 0) + counts.get("from the sum", 0),
+    }  # fmt: skip
+
+
 def _saved(scene, plan, keep, stop):
-    """[{what, seconds, without}]: what the scene does not need, done all the same at a middling target; yields."""
+    """[{what, seconds, without}]: what the scene does not need, done all the same at a middling target; yields. Of rays
+    there is no such item."""
     saved, items = [], left_out(plan)
-    if not items or stop():
+    if not items or choose(scene, SAVED_AT).by_rays or stop():
         return saved
     taken = {run["setting"]: run["seconds"] for run in keep.runs}
     if len(items) * 2 * taken.get(f"target {100 * SAVED_AT:g} %", np.inf) > LAST_SHARE * keep.left():
@@ -162,11 +187,9 @@ def _saved(scene, plan, keep, stop):
 
 def _values(solution, places):
     """Radiance at the baked vertices and everywhere; yields."""
-    values = []
-    for surface, points in (places.vertices, places.everywhere):
-        steps = radiance_at(solution, surface, points)
-        values.append((yield from mapped(steps, lambda done: Stage("Evaluating vertices", done, np.inf))))
-    return values
+    steps = solution.radiance_steps(places.surface, places.points, places.normals, places.inward)
+    values = yield from mapped(steps, lambda done: Stage("Evaluating vertices", done, np.inf))
+    return places.split(values)
 
 
 def _published(scene, places, keep, stop):
@@ -175,6 +198,8 @@ def _published(scene, places, keep, stop):
     share = OWN_SHARE + (1 - OWN_SHARE) / (2 if keep.settings.cycles else 1)
     for divisions, points in PATCHES:
         if 2 * divisions**2 * len(scene) > MOST_PATCHES or stop() or 16 * before > keep.left(share):
+            if divisions == PATCHES[0][0] and not stop():
+                keep.said.append(f"the published method is left out: {len(scene):,} surfaces are too many for it")
             break
         cpu, wall = time.process_time(), time.perf_counter()
         what = f"{divisions} x {divisions} patches, {points} points"
@@ -223,20 +248,21 @@ def peak_megabytes():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
 
 
-def result_of(context, reading, places, keep, reference, plan):
-    """dict of JSON's own types.
+def result_steps(context, reading, places, keep, reference, plan):
+    """Generator of Stages; returns a dict of JSON's own types.
 
     about {extension, blender, numpy, python, machine, cores, file, scene, date}; settings; seconds; plan, said and
     warnings [text]; refused [{name, reason}]; vertices: how many were compared
     floor: the reference's own stated error, below which differences mean nothing
     runs [{method, setting, reference: whether it is that, stated, measured {vertices, surfaces {l2, p95, worst}},
-        noise, seconds, cpu_seconds, peak_megabytes, nodes, links, visibility_done, visibility_left_out}]
+        noise, seconds, cpu_seconds, peak_megabytes, nodes, and by links: links, visibility_done, visibility_left_out,
+        by rays: rays, shadow_rays}]
     saved [{what, seconds, without, target}]: what the scene does not need, done all the same
     foretold {target: seconds}; objects [{name, label, error}]; worst, map: see _where
     """
     solution, (at_vertices, everywhere) = reference
-    emission = reading.scene.emission
-    own = [emission[places.vertices[0]], emission[places.everywhere[0]]]
+    own = places.split(materials_at(reading.scene, places.surface, places.points)[1])
+    unsure = yield from _unsure(solution, places)
     runs = []
     for run in keep.runs:
         values = run.pop("values")
@@ -256,17 +282,20 @@ def result_of(context, reading, places, keep, reference, plan):
         "objects": [
             {"name": o.name, "label": o.label, "error": solution.error_over(o.surfaces)} for o in reading.objects
         ],
-        **_where(solution, places, at_vertices, own[0]),
+        **_where(solution, places, unsure, at_vertices, own[0]),
     })  # fmt: skip
 
 
-def _where(solution, places, light, own):
+def _unsure(solution, places):
+    """Estimated errors (k,) at the baked vertices; yields."""
+    steps = solution.estimated_error_steps(*places.vertices)
+    return (yield from mapped(steps, lambda done: Stage("Estimating errors", done, np.inf)))
+
+
+def _where(solution, places, error, light, own):
     """worst: the vertices of the largest estimated errors, of each object the worst alone, worst first; map: [across,
     up, error] of vertices whose sides face VIEW_FROM, as seen from there, farthest first, in sizes of the picture."""
     surface, points = places.vertices
-    error = np.empty(len(points))
-    for s in np.unique(surface):
-        error[surface == s] = solution.estimated_error(int(s), points[surface == s])
     size = max(float(np.sqrt(((light - own) ** 2).sum(axis=1).mean())), 1e-300)
     order = np.argsort(-error)
     first = order[np.sort(np.unique(places.names[order], return_index=True)[1])][:WORST]
@@ -287,8 +316,8 @@ def _picture(scene, surface, points, error):
     across = np.cross([0.0, 0.0, 1.0], view)
     across /= np.linalg.norm(across)
     frame = np.stack([across, np.cross(view, across), view])
-    facing = np.concatenate([scene.surfaces[s].normals(points[surface == s]) @ view > 0 for s in np.unique(surface)])
-    order = np.concatenate([np.flatnonzero(surface == s) for s in np.unique(surface)])[facing]
+    runs = runs_of(surface)
+    order = np.concatenate([mine[scene.surfaces[k].normals(points[mine]) @ view > 0] for k, mine in runs])
     order = np.sort(np.random.default_rng(0).permutation(order)[:MOST_DOTS])
     place = points[order] @ frame.T
     order, place = order[np.argsort(place[:, 2])], place[np.argsort(place[:, 2])]

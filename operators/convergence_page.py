@@ -1,4 +1,4 @@
-"""A convergence result (see convergence.result_of) as one self-contained HTML page, CSV and rows of text. No bpy."""
+"""A convergence result (see convergence.result_steps) as one self-contained HTML page, CSV and rows of text. No bpy."""
 
 import csv
 import io
@@ -19,6 +19,7 @@ COLUMNS = (
     ("stated", "Stated"), ("surfaces", "Surfaces L2"), ("l2", "Vertices L2"), ("p95", "95th percentile"),
     ("worst", "Worst"), ("noise", "Noise"), ("bias", "Bias"), ("peak_megabytes", "Peak MB"), ("nodes", "Nodes"),
     ("links", "Links"), ("visibility_done", "Visibility tests"), ("visibility_left_out", "left out"),
+    ("rays", "Rays"), ("shadow_rays", "Shadow rays"),
 )  # fmt: skip
 SHARES = {"stated", "surfaces", "l2", "p95", "worst", "noise", "bias"}  # columns of relative errors
 RAMP = ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37))  # viridis, of the heat map

@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..pdm_core.read_off import materials_at
 from .bake_points import bake_points, corners_of
 from .colour_attribute import BakeError
 
@@ -68,15 +69,13 @@ def _run(folder, count, reading, targets):
         wall, cpu = data["seconds"].tolist()
         for k, target in enumerate(targets):
             pairs = bake_points(*corners_of(target), "CORNER")
-            surface = np.concatenate([np.full(stop - start, s) for s, start, stop in pairs.runs])
-            rho, emission = scene.reflectance[surface], scene.emission[surface]
+            rho, emission = materials_at(scene, pairs.surfaces, pairs.points)
             one, other = (rho * _of_pairs(data[f"{seed}:{k}"], pairs) for seed in (1, 2))
             noise, total = noise + ((one - other) ** 2).sum() / 2, total + ((one + other) ** 2).sum() / 4
-            values[target.name], sizes[target.name] = emission + one, len(surface)
+            values[target.name], sizes[target.name] = emission + one, len(one)
     return {
         "setting": f"{count} samples", "noise": float(np.sqrt(noise / max(total, 1e-300))), "seconds": wall,
-        "cpu_seconds": cpu, "peak_megabytes": None, "nodes": None, "links": None, "visibility_done": None,
-        "visibility_left_out": None, "values": values, "sizes": sizes,
+        "cpu_seconds": cpu, "peak_megabytes": None, "nodes": None, "values": values, "sizes": sizes,
     }  # fmt: skip
 
 

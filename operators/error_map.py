@@ -4,8 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .bake_points import joined
 from .colour_attribute import Colours
 from .convergence_page import ramp
+from .passes import SUFFIX as SUFFIXES
+from .passes import names_of
 
 SUFFIX = " Error"
 
@@ -22,18 +25,16 @@ def error_name(attribute):
     return attribute + SUFFIX
 
 
-def names_written(attribute, heat_map=True):
+def names_written(attribute, heat_map=True, passes=tuple(SUFFIXES)):
     """The attributes that a bake may write."""
-    return (attribute, error_name(attribute)) if heat_map else (attribute,)
+    return (attribute, *[error_name(attribute)] * heat_map, *names_of(attribute, passes))
 
 
-def heat_map(solution, targets, points):
-    """The ErrorMap of a Solution at the BakePoints of each target."""
+def heat_map_steps(solution, targets, points):
+    """Generator of the fraction done; returns the ErrorMap of a Solution at the BakePoints of each target."""
     size = solution.norm / max(np.sqrt(solution.scene.areas.sum()), 1e-300)
-    errors = []
-    for p in points:
-        parts = [solution.estimated_error(k, p.points[start:stop]) for k, start, stop in p.runs]
-        errors.append(np.concatenate(parts) / max(size, 1e-300))
+    error = yield from solution.estimated_error_steps(*joined(points)[:2])
+    errors = np.split(error / max(size, 1e-300), np.cumsum([len(p.points) for p in points])[:-1])
     top = max(float(error.max(initial=0.0)) for error in errors)
     items = [
         Colours(target.name, p.domain, p.colours(ramp_colours(error / max(top, 1e-300))))

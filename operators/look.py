@@ -12,6 +12,7 @@ from bpy.app.handlers import persistent
 from ..pdm_core import SceneError
 from .bake import look_at_steps
 from .colour_attribute import BakeError
+from .live import own_changes
 from .modal_steps import SLICE, current, redraw_sidebars
 from .report import counted
 
@@ -99,8 +100,8 @@ def _read(context):
     try:
         if watch.steps is None:
             watch.steps = look_at_steps(context)
-            next(watch.steps)
-            context.view_layer.update()  # what was shown for the reading is hidden again, and that is no change
+            with own_changes(context):  # what was shown for the reading is hidden again, and that is no change
+                next(watch.steps)
             watch.is_slow = time.perf_counter() - start > SLOWEST
         while time.perf_counter() - start < SLICE:
             next(watch.steps)

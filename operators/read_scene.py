@@ -11,7 +11,7 @@ from ..pdm_core.signs_of_life import finish, in_thread, mapped
 from .accept_pieces import accept_pieces
 from .hidden_sides import surfaces_of
 from .looks_on_meshes import looks_on, settle_pictures
-from .materials import read_material
+from .materials import BACK, FRONT, read_material
 from .mesh_arrays import Arrays
 from .mesh_shapes import MeshShape
 from .mesh_topology import NotRecognised
@@ -65,7 +65,7 @@ class ReadObject:
 class Reading:
     """scene: a pdm_core.Scene, None where nothing is recognised; objects: [ReadObject]; refused: [(name, reason)],
     left out of the light; warnings: [sentence]; hidden: how many mesh objects a render does not show; lights: [(name,
-    Blender's type)] of all that shine."""
+    Blender's type)] of all that shine; materials: [(name or None, FRONT or BACK)] of the scene's surfaces."""
 
     scene: Scene | None
     objects: list = field(default_factory=list)
@@ -73,6 +73,7 @@ class Reading:
     warnings: list = field(default_factory=list)
     hidden: int = 0
     lights: list = field(default_factory=list)
+    materials: list = field(default_factory=list)
 
 
 def read_scene(context, objects="ALL", baked=(), **own_meshes):
@@ -120,6 +121,9 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
     reading.scene, sides = yield from mapped(
         in_thread(_scene_of, accepted.pieces, background, [*lights, *suns]), lambda _: 1.0
     )
+    reading.materials = [
+        (piece.material, look) for piece, own in zip(accepted.pieces, sides) for look in (FRONT, BACK)[: len(own)]
+    ]
     for (mesh, _), place in zip(accepted.taken, accepted.place, strict=True):
         own, is_wanted = [sides[k] for k in place], mesh.raw.object in wanted
         if len(mesh.raw.arrays.corners) < LARGE:
@@ -184,7 +188,7 @@ def _pieces(found, looks, baked, reading):
         if all(look.absent for look in own):
             reading.refused.append((mesh.name, f"{own[0].absent} and takes no part in this light"))
             continue
-        pieces = pieces_of(mesh.name, mesh.shape_matrix, mesh.shapes, own)
+        pieces = pieces_of(mesh.name, mesh.shape_matrix, mesh.shapes, own, mesh.shape_materials)
         problems = [problem for piece in pieces if (problem := piece.shape.problem())]
         if problems:
             reading.refused.append((mesh.name, problems[0]))

@@ -26,6 +26,7 @@ class Piece:
     is_outward: bool = True  # False for a sphere whose normals point inside
     body: tuple = ()  # the same of what bounds a closed body, its normals outward
     is_doubled: bool = False  # faces of the mesh lie on its hidden side
+    material: str | None = None  # by which it looks so
 
     def surface(self, hidden=False):
         """The Surface of the side that the mesh's normals face, or of the hidden one."""
@@ -38,8 +39,8 @@ class Piece:
         return Surface(self.shape, self.look.reflectance[look], self.look.emission[look], side, self.name + note)
 
 
-def pieces_of(name, matrix, shapes, looks):
-    """[Piece] of the MeshShapes `shapes` under `matrix` (4, 4), with an Appearance of each shape.
+def pieces_of(name, matrix, shapes, looks, materials):
+    """[Piece] of the MeshShapes `shapes` under `matrix` (4, 4), with Appearances and names of materials.
 
     A side keeps facing where the inverse transpose of the matrix takes its normal, mirrored or not, as in Cycles.
     """
@@ -50,7 +51,9 @@ def pieces_of(name, matrix, shapes, looks):
             shape = _in_the_world(matrix, shapes.as_mesh(k))
         label = name if len(looks) == 1 else f"{name} {CALLED[type(shape)]} {k + 1}"
         outward = getattr(shapes.shapes[k], "is_outward", True)
-        pieces.append(Piece(label, shape, look, outward, (name, body) if body >= 0 else (), bool(doubled[k])))
+        pieces.append(
+            Piece(label, shape, look, outward, (name, body) if body >= 0 else (), bool(doubled[k]), materials[k])
+        )
     return pieces
 
 

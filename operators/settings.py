@@ -108,6 +108,26 @@ class BakeProperties:
         ),
         default=False,
     )
+    passes: EnumProperty(
+        name="Passes",
+        description="Also write these, as attributes of the same name followed by the pass's",
+        items=[
+            ("DIRECT", "Direct", "Light straight from lamps, emission and the world"),
+            ("INDIRECT", "Indirect", "Light by way of reflections: with Direct and the own emission all there is"),
+            ("SKY", "Sky", "The share of the sky that is seen, weighted by the cosine: 1 in the open"),
+            ("AO", "AO", "Ambient occlusion: the same share of where nothing is within the distance"),
+        ],
+        options={"ENUM_FLAG"},
+        default=set(),
+    )
+    ao_distance: FloatProperty(
+        name="AO Distance",
+        description="How far ambient occlusion looks",
+        default=1.0,
+        min=1e-6,
+        soft_max=100.0,
+        unit="LENGTH",
+    )
     make_single_user: BoolProperty(
         name="Make Single User",
         description=(
@@ -143,6 +163,13 @@ def _set_preset(self, number):
         self.target_error = list(PRESETS.values())[number]
 
 
+def _switch_live(self, context):
+    from .live import live  # with it above, 4.2 crashes at exit: modules are taken down in another order
+
+    if not self.live:
+        live.drop()
+
+
 class PDM_PG_scene(BakeProperties, PropertyGroup):
     """`scene.pdm_radiosity`: the sidebar's settings, and what was last found and done, saved with the file."""
 
@@ -163,6 +190,15 @@ class PDM_PG_scene(BakeProperties, PropertyGroup):
         name="Show When Done",
         description="After a bake by the button, switch the 3D views of the screen to the baked colours",
         default=True,
+    )
+    live: BoolProperty(
+        name="Live",
+        description=(
+            "Keep what the next bake finds out about the geometry in memory: then a new colour, emission, light or "
+            "world strength is in the colours at once, until something moves"
+        ),
+        default=False,
+        update=_switch_live,
     )
     last_report: StringProperty(
         name="Last Report",

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .error_estimates import sample_points
-from .field import Field
+from .read_off import runs_of
 
 POINTS = 2000  # over all surfaces
 SEED = 11
+LEAST, AMONG = 64, 4  # points spread over a surface, and for each one taken, among which chance chooses
 
 
 @dataclass(frozen=True)
@@ -33,23 +33,10 @@ def difference(value, reference, own_light):
 
 def points_over(scene, count=POINTS):
     """Random points spread evenly over the area: surface (k,), points (k, 3) m."""
-    field = Field(scene)
-    nothing, everything = np.zeros(len(field.level)), np.ones(len(scene), bool)
-    surface, points, _, weight = sample_points(field, nothing, np.zeros(len(scene)), everything, 4 * count, SEED)
-    # more lie in small places than their area asks for, weighted less: one is taken where so much of the area begins
-    edges = np.cumsum(weight) / weight.sum()
-    pick = np.searchsorted(edges, (np.arange(count) + 0.5) / count)
-    return surface[pick], points[pick]
-
-
-def radiance_at(solution, surface, points, chunk=4096):
-    """Radiance (k, 3) of a solution at points on these surfaces; yields the fraction done."""
-    value, done = np.empty((len(points), 3)), 0
-    for s in np.unique(surface):
-        mine = np.flatnonzero(surface == s)
-        for start in range(0, len(mine), chunk):
-            part = mine[start : start + chunk]
-            value[part] = solution.radiance(int(s), points[part])
-            done += len(part)
-            yield done / len(points)
-    return value
+    edges = np.cumsum(scene.areas) / scene.areas.sum()
+    surface = np.minimum(np.searchsorted(edges, (np.arange(count) + 0.5) / count), len(scene) - 1)
+    points, rng = np.empty((count, 3)), np.random.default_rng(SEED)
+    for k, mine in runs_of(surface):
+        spread = scene.surfaces[k].shape.spread(max(LEAST, AMONG * len(mine)))
+        points[mine] = spread[rng.choice(len(spread), len(mine), replace=False)]
+    return surface, points

@@ -461,27 +461,29 @@ class Received:
             if left <= allowed**2 or cost_split[order[count]] >= cost_lump[order[count]]:
                 break
             count += 1
-        self.exact, others = order[:count], order[count:]
-        self.values = np.concatenate(
-            [self.received[:, others].sum(axis=1), self.means[:, self.exact].reshape(len(self.means), 3 * count)],
-            axis=1,
-        )
+        others = order[count:]
+        self.take(order[:count])
         lumped = (lump[:, :, others].sum(axis=2) ** 2).sum(axis=2)
         each = (split[:, :, self.exact] ** 2).sum(axis=(2, 3))
         surplus = np.zeros(len(f.level))
         surplus[self.cells] = np.sqrt((lumped + each).mean(axis=1))
         self.leaf_error = decay(f, leaves, surplus) * surplus[leaves] * np.sqrt(size)
-        self.leaves = leaves
+        return self
+
+    def take(self, exact):
+        """The values to interpolate where the sources `exact` (k,) are those."""
+        self.leaves = self.cells[self.field.child[self.cells] < 0]
+        self.exact, others = exact, np.setdiff1d(np.arange(self.received.shape[1]), exact)
+        means = self.means[:, exact].reshape(len(self.means), 3 * len(exact))
+        self.values = np.concatenate([self.received[:, others].sum(axis=1), means], axis=1)
         return self
 
     def conform(self):
         self.values = self.field.conform_of(self.leaves, self.local, self.values)
         return self
 
-    def at(self, points, factors):
-        """points (n, 3) m on the surface, factors (n, exact sources) -> irradiance / pi (n, 3)"""
-        local = self.field.scene.surfaces[self.surface].shape.local(points)
-        cell, weight = self.field.locate(np.full(len(local), self.surface), local)
+    def between(self, cell, weight, factors):
+        """Where cells (n,) and weights (n, 9) interpolate, factors (n, exact sources) -> irradiance / pi (n, 3)"""
         value = np.einsum("nk,nkc->nc", weight, self.values[self.local[self.field.nodes[cell]]])
         means = value[:, 3:].reshape(len(value), -1, 3)
         return value[:, :3] + np.einsum("ns,nsc->nc", factors, means)

@@ -13,6 +13,7 @@ from .facets import facets_of
 from .form_factors import SEGMENTS_AT_ONCE, patch_samples, published_kernel
 from .mesh import Mesh
 from .polygon import Polygon
+from .read_off import runs_of
 from .scene import Scene, Sphere
 from .signs_of_life import finish
 from .view import ShapeTable, segment_blocked
@@ -50,6 +51,28 @@ class PatchSolution:
         weight = sum(w * real[m, n] for w, m, n in corners)
         return divide(sum(w * value[m, n] for w, m, n in corners), weight)
 
+    def radiance_steps(self, surface, points, normals=None, inward=None):
+        """Radiance (n, 3) at points (n, 3) m of surfaces (n,): generator of the fraction done. No point of theirs is
+        on a mesh, to be shaded by normals or to belong to a face."""
+        out, done = np.empty((len(points), 3)), 0
+        for k, mine in runs_of(surface):
+            out[mine] = self.radiance(k, points[mine])
+            done += len(mine)
+            yield done / len(points)
+        return out
+
+
+def beyond(scene):
+    """What of a Scene is beyond the published method, or ''."""
+    for surface in scene.surfaces:
+        if isinstance(surface.shape, Mesh):
+            return f"surface {surface.name!r} is a mesh, which has no parameters"
+        if surface.varies:
+            return f"surface {surface.name!r} varies from place to place"
+    if scene.lights:
+        return f"light {scene.lights[0].name!r} is no surface"
+    return "the background varies" if scene.sky is not None else ""
+
 
 def _between(at, count, wraps):
     """at (n,) in [0, 1] -> the two of `count` equal parts (2, n) whose middles it lies between, weight (n,) of the
@@ -75,9 +98,8 @@ def patch_radiosity_steps(scene, divisions=3, points=5):
         int(number(k, f"patch_radiosity: {what}", "a whole number above 0", above=0.5))
         for k, what in ((divisions, "divisions"), (points, "points"))
     )
-    for surface in scene.surfaces:
-        if isinstance(surface.shape, Mesh):
-            raise SceneError(f"patch_radiosity: surface {surface.name!r} is a mesh, which has no parameters; use solve")
+    if what := beyond(scene):
+        raise SceneError(f"patch_radiosity: {what}; use solve")
     each = [(divisions, 2 * divisions if isinstance(s.shape, Sphere) else divisions) for s in scene.surfaces]
     patches = int(np.prod(each, axis=1).sum())
     if patches > MOST_PATCHES:

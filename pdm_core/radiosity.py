@@ -10,7 +10,7 @@ from collections import Counter, namedtuple
 
 import numpy as np
 
-from .checked import SceneError, index, number, vectors
+from .checked import SceneError, number, vectors
 from .choice import choose
 from .contacts import contacts_of, settle, settled_again
 from .each_surface import OWN, Light, own_errors, worst_of_parts
@@ -18,10 +18,11 @@ from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, 
 from .error_flow import Flow, areas_of_nodes, norms
 from .field import DEEPEST, Field, crowded
 from .gather import Detail, Gather, Received
+from .kept_links import KeptLinks
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
 from .rays.solution import ray_steps
-from .read_off import ReadOff
+from .read_off import ReadOff, runs_of
 from .scene import Scene, unit
 from .signs_of_life import finish, in_thread, mapped
 from .visibility import Factors, Shafts
@@ -106,15 +107,17 @@ class Solution(ReadOff):
             yield done / len(points)
         return np.maximum(out, 0.0)
 
-    def estimated_error(self, surface_index, points):
-        """points (n, 3) m, projected onto the surface -> (n,) estimated error of the radiance there, in its unit, as
-        the length of the three channels': where it is likely to be large, not a bound at each point."""
-        k = index(surface_index, len(self.scene), "surface_index")
-        points = self.scene.surfaces[k].shape.project(vectors(points, "points")) - self._state.origin
-        sent, error = self._state.sent, self._state.node_error
-        own = np.full(len(points), k)
-        placed = sent.locate(own, sent.local(own, points))
-        return SAFETY * np.maximum(sent.interpolate(placed, error[:, None])[:, 0], 0.0)
+    def estimated_error_steps(self, surface, points):
+        """(n,) at points (n, 3) m of surfaces (n,), see estimated_error: generator of the fraction done."""
+        on, sent, out = np.empty(points.shape), self._state.sent, np.empty(len(points))
+        for k, mine in runs_of(surface):
+            on[mine] = self.scene.surfaces[k].shape.project(points[mine]) - self._state.origin
+        for start in range(0, len(points), EVALUATE):
+            part = slice(start, start + EVALUATE)
+            placed = sent.locate(surface[part], sent.local(surface[part], on[part]))
+            out[part] = sent.interpolate(placed, self._state.node_error[:, None])[:, 0]
+            yield start / len(points)
+        return SAFETY * np.maximum(out, 0.0)
 
     def irradiance(self, points, normals):
         """points (n, 3) m, normals (n, 3) of any length but 0, anywhere in space -> irradiance / pi (n, 3)"""
@@ -133,6 +136,14 @@ class Solution(ReadOff):
         if self._state.rows is None:
             raise SceneError("relight: this solution was delivered early, without what relighting needs; solve again")
         return _relit(self._state, scene)
+
+    def kept_steps(self, surface, points, normals=None, inward=None):
+        """Kept of points (n, 3) m of surfaces (n,): generator of the fraction done."""
+        if self._state.rows is None:
+            raise SceneError("kept: this solution was delivered early, without what relighting needs; solve again")
+        kept = KeptLinks(self._state, surface, points)
+        yield from kept.steps(self._state, EVALUATE // 8)
+        return kept
 
     def let_go(self):
         """Make room for the rows of a better solution: this one cannot be relit any more."""
@@ -183,6 +194,16 @@ class _State:
 
     def incident(self, surface, points):
         """points (n, 3) m near surfaces (n,) -> irradiance / pi (n, 3); direct light and the leading sources exact."""
+        out = np.empty((len(points), 3))
+        for s, part, lights, exact, cell, weight, covered in self.seen(surface, points):
+            out[part] = lights @ self.light + self.received[s].between(cell, weight, exact)
+            out[part[covered]] = 0.0
+        return out
+
+    def seen(self, surface, points):
+        """Of points (n, 3) m near surfaces (n,), what each surface's see of the sources, and where they lie in the
+        field: [(s, index (k,), factors (k, lights + 1), of exact sources (k, e), cells (k,), weights (k, 9), covered)].
+        """
         on, x, normals = np.empty((3, *points.shape))
         present = np.unique(surface)
         parts = [np.flatnonzero(surface == s) for s in present]
@@ -193,12 +214,13 @@ class _State:
             on[part] = own.shape.project(points[part])
             normals[part], x[part] = own.normals(on[part]), self.field.inset(s, on[part])
         factors = self._factors(x, normals, surface, parts, wanted)
-        out = np.empty((len(points), 3))
+        covered, out = contacts_of(self.scene).covered(x, surface), []
         for s, part, needed, exact, factor in zip(present, parts, wanted, sources, factors):
             lights = np.append(np.searchsorted(needed, self.lights), -1)
-            out[part] = factor[:, lights] @ self.light
-            out[part] += self.received[s].at(x[part], factor[:, np.searchsorted(needed, exact)])
-        out[contacts_of(self.scene).covered(x, surface)] = 0.0
+            own = np.full(len(part), s)
+            placed = self.field.locate(own, self.field.local(own, x[part]))
+            exact = factor[:, np.searchsorted(needed, exact)]
+            out.append((s, part, factor[:, lights], exact, *placed, covered[part]))
         return out
 
     def _factors(self, x, normals, surface, parts, wanted):
@@ -834,6 +856,21 @@ def _round(state, target, last):
 
 def _relit(old, scene):
     """Solution of old's shapes under other light, from its stored rows and factors."""
+    state = _under_other_light(old, scene)
+    finish(state.solve(1e-2 * max(old.error, 1e-6)))
+    finish(state.divide(old.error))
+    if state.looks and state.norm > 0:
+        finish(state.amplify())
+        finish(state.judge())
+    elif not state.norm > 0:
+        state.error, state.error_parts, state.own_errors = 0.0, {}, np.zeros(len(scene))
+        state.node_error = np.zeros(len(state.sent.keys))
+    state.history.append((state.elapsed(), state.error))
+    return Solution(state)
+
+
+def _under_other_light(old, scene):
+    """State of old's shapes under other light, to be solved."""
     if not isinstance(scene, Scene):
         raise SceneError(f"relight needs a Scene, not {scene!r}")
     same = len(scene) == len(old.given) and all(
@@ -858,13 +895,4 @@ def _relit(old, scene):
     state.exact = {s: part.exact for s, part in enumerate(old.received)}
     state.lit = state.fractions @ state.light
     state.indirect = np.zeros_like(state.indirect)  # the old light may be larger than the new by any factor
-    finish(state.solve(1e-2 * max(old.error, 1e-6)))
-    finish(state.divide(old.error))
-    if state.looks and state.norm > 0:
-        finish(state.amplify())
-        finish(state.judge())
-    elif not state.norm > 0:
-        state.error, state.error_parts, state.own_errors = 0.0, {}, np.zeros(len(scene))
-        state.node_error = np.zeros(len(state.sent.keys))
-    state.history.append((state.elapsed(), state.error))
-    return Solution(state)
+    return state

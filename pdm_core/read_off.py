@@ -7,7 +7,7 @@ from .signs_of_life import finish
 
 
 class ReadOff:
-    """Of a solution with `scene` and `incident_steps`."""
+    """Of a solution with `scene`, `incident_steps`, `estimated_error_steps` and `kept_steps`."""
 
     def incident(self, surface_index, points, normals=None, inward=None):
         """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side.
@@ -24,16 +24,37 @@ class ReadOff:
         """Radiance (n, 3) at points (n, 3) m of surfaces (n,): generator of the fraction done. roughly: where
         differences between near points count, not the light itself."""
         light = yield from self.incident_steps(surface, points, normals, inward, roughly)
-        scene = self.scene
-        out = scene.emission[surface] + scene.reflectance[surface] * light
-        for k in np.unique(surface):
-            own = scene.surfaces[k]
-            if own.varies:
-                mine = surface == k
-                on = own.shape.project(points[mine])
-                out[mine] = own.emission_at(on) + own.reflectance_at(on) * light[mine]
-        return out
+        reflectance, emission = materials_at(self.scene, surface, points)
+        return emission + reflectance * light
+
+    def estimated_error(self, surface_index, points):
+        """points (n, 3) m, projected onto the surface -> (n,) estimated error of the radiance there, in its unit, as
+        the length of the three channels': where it is likely to be large, not a bound at each point."""
+        return finish(self.estimated_error_steps(*self._of_one(surface_index, points)))
+
+    def kept(self, surface, points, normals=None, inward=None):
+        """Kept of points (n, 3) m of surfaces (n,): their light under any other, at once, as long as no shape changes."""
+        return finish(self.kept_steps(surface, vectors(points, "points"), normals, inward))
 
     def _of_one(self, surface_index, points):
         points = vectors(points, "points")
         return np.full(len(points), index(surface_index, len(self.scene), "surface_index")), points
+
+
+def runs_of(surface):
+    """[(k, index (m,))] of each surface among surfaces (n,), and where it is."""
+    order = np.argsort(surface, kind="stable")
+    cuts = np.flatnonzero(np.diff(surface[order], prepend=-2))
+    return [(int(surface[order[a]]), order[a:b]) for a, b in zip(cuts, np.append(cuts[1:], len(order)))]
+
+
+def materials_at(scene, surface, points):
+    """Reflectance and emission (n, 3) at points (n, 3) m of surfaces (n,)."""
+    reflectance, emission = scene.reflectance[surface], scene.emission[surface]
+    varying = np.array([own.varies for own in scene.surfaces])
+    some = np.flatnonzero(varying[surface])
+    for k, mine in runs_of(surface[some]):
+        own, mine = scene.surfaces[k], some[mine]
+        on = own.shape.project(points[mine])
+        reflectance[mine], emission[mine] = own.reflectance_at(on), own.emission_at(on)
+    return reflectance, emission

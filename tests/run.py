@@ -97,6 +97,7 @@ def bench():
         [python, "form_factors.py", "form_factors.json"],
         [blender, "beside_cycles.py", "beside_cycles.json"],
         [blender, "lights.py", "lights.json"],
+        [blender, "relight.py", "relight.json"],
         [python, "truth.py", "truth.json"],
         [python, "placements.py", "placements.json"],
         [python, "each_object.py", "each_object.json"],

@@ -8,6 +8,7 @@ from ..operators.example_room import NAME as EXAMPLE
 from ..operators.example_room import PDM_OT_example_room
 from ..operators.graph_image import graph
 from ..operators.listed import LABELS
+from ..operators.live_watch import PDM_OT_free_live, status
 from ..operators.look import is_dark, is_empty, panel_shown, summary
 from ..operators.mend import PDM_OT_mend
 from ..operators.modal_steps import CATEGORY, current
@@ -98,10 +99,23 @@ def _result(layout, context, report):
         operator = layout.operator(PDM_OT_subdivide.bl_idname, text="Subdivide and Bake Again", icon="MOD_SUBSURF")
         operator.times, operator.rebake = 0, True
     layout.operator(PDM_OT_show_colours.bl_idname, icon="SHADING_SOLID", depress=is_shown(context.screen))
+    _live(layout, context)
     row = layout.row(align=True)
     row.operator(PDM_OT_preview_material.bl_idname, icon="MATERIAL").remove = False
     if any_preview():
         row.operator(PDM_OT_preview_material.bl_idname, text="", icon="X").remove = True
+
+
+def _live(layout, context):
+    """The switch of the live light, what it takes, and what is the matter with it."""
+    settings = context.scene.pdm_radiosity
+    row = layout.row(align=True)
+    row.prop(settings, "live", toggle=True, icon="LIGHT")
+    if PDM_OT_free_live.poll(context):
+        row.operator(PDM_OT_free_live.bl_idname, text="", icon="X")
+    icon, text = status(settings)
+    if text:
+        wrapped(layout, context, text, icon)
 
 
 class PDM_PT_advanced(_Part, Panel):

@@ -196,7 +196,7 @@ class Nodes:
             weight[mesh, :3] = np.stack([1 - s - t, s, t], axis=1)
         flat = np.flatnonzero(carries & ~self.is_mesh[own])
         if len(flat):
-            node[flat], weight[flat] = self._on_lattice(own[flat], self._chart_at(facet[flat], at[flat]))
+            node[flat], weight[flat] = self.on_lattice(own[flat], self._chart_at(facet[flat], at[flat]))
         return node, weight
 
     def _chart_at(self, facet, at):
@@ -207,7 +207,7 @@ class Nodes:
         at[local] = chart[:, :, 0] + chart[:, :, 1] * at[local, :1] + chart[:, :, 2] * at[local, 1:]
         return np.clip(at, 0.0, 1.0)
 
-    def _on_lattice(self, own, at):
+    def on_lattice(self, own, at):
         """Nodes and weights (h, 4) of surfaces (h,) at chart positions (h, 2); a ball's turn goes round."""
         cells = self.cells.take(own, axis=0)
         scaled = at * cells - 0.5

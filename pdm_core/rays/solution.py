@@ -5,15 +5,17 @@ import time
 
 import numpy as np
 
-from ..checked import SceneError, index, vectors
+from ..checked import SceneError, vectors
 from ..plan import plan_by_rays
 from ..read_off import ReadOff
-from ..scene import Scene, unit
+from ..scene import unit
 from ..signs_of_life import finish, in_thread, mapped
 from .beside import Beside
 from .bundles import Receivers
 from .engine import RayState
+from .kept import KeptRays, check_light
 from .placed import Placed
+from .where import nodes_near
 
 ROUNDS = 12  # refinements at most
 GRACE = 0.1, 0.15  # of the time limit, and s, for a first solution: then it is said that there is none
@@ -55,20 +57,16 @@ class RaySolution(ReadOff):
                 yield (start + size * done / (done + 2 * self._state.read)) / n
         return np.maximum(out, 0.0)
 
-    def estimated_error(self, surface_index, points):
-        """points (n, 3) m, projected onto the surface -> (n,) estimated error of the radiance there, in its unit: where
-        it is likely to be large, not a bound at each point."""
-        index(surface_index, len(self.scene), "surface_index")
-        area = self.scene.areas[surface_index]
-        own = self.surface_errors[surface_index] * self.surface_norms[surface_index] / np.sqrt(area)
-        nodes, state = self._state.nodes, self._state
-        if not nodes.number[surface_index]:
-            return np.full(len(points), own)
-        part = slice(nodes.first[surface_index], nodes.first[surface_index] + nodes.number[surface_index])
-        error = state.node_error[part] + 1e-300
-        error = own * error / max(np.sqrt((nodes.weight[part] * error**2).sum() / nodes.weight[part].sum()), 1e-300)
-        places = nodes.places.exact.reshape(-1, nodes.places.exact.shape[0] // max(len(nodes), 1), 3)[part, 0]
-        return error[nearest(vectors(points, "points"), places)]
+    def estimated_error_steps(self, surface, points):
+        """(n,) at points (n, 3) m of surfaces (n,), see estimated_error: generator of the fraction done."""
+        nodes, count = self._state.nodes, len(self.scene)
+        node = yield from nodes_near(nodes, surface, points)
+        error = self._state.node_error + 1e-300
+        total, square = (np.bincount(nodes.surface, nodes.weight * e, count) for e in (np.ones(len(error)), error**2))
+        own = self.surface_errors * self.surface_norms / np.sqrt(self.scene.areas)
+        share = np.where(node >= 0, error[node] if len(error) else 1.0, 1.0)
+        rms = np.sqrt(square / np.maximum(total, 1e-300))[surface]
+        return own[surface] * np.where(node >= 0, share / np.maximum(rms, 1e-300), 1.0)
 
     def irradiance(self, points, normals):
         """points (n, 3) m, normals (n, 3) of any length but 0, anywhere in space -> irradiance / pi (n, 3)"""
@@ -88,18 +86,14 @@ class RaySolution(ReadOff):
         without visibility."""
         return _relit(self._state, self.plan, scene)
 
+    def kept_steps(self, surface, points, normals=None, inward=None):
+        """Kept of points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
+        kept = KeptRays(self._state, surface, points)
+        yield from kept.steps(self._state, normals, inward)
+        return kept
+
     def let_go(self):
         """Its rays are what a better solution grows from: nothing to free."""
-
-
-def nearest(points, places):
-    """(n,) Which of places (k, 3) is nearest each of points (n, 3)."""
-    out = np.empty(len(points), int)
-    step = max(1, (1 << 20) // max(len(places), 1))
-    for start in range(0, len(points), step):
-        d = points[start : start + step, None] - places
-        out[start : start + step] = np.einsum("nki,nki->nk", d, d).argmin(axis=1)
-    return out
 
 
 class RayApproach:
@@ -161,23 +155,11 @@ def same_light(a, b):
 
 
 def _relit(old, plan, scene):
-    if not isinstance(scene, Scene):
-        raise SceneError(f"relight needs a Scene, not {scene!r}")
-    same = len(scene) == len(old.scene) and all(
-        a.shape is b.shape and a.side == b.side for a, b in zip(scene.surfaces, old.scene.surfaces)
-    )
-    if not same or len(scene.lights) != len(old.scene.lights):
-        raise SceneError(
-            "relight needs the same shapes, sides and lights in the same order; solve the new scene instead"
-        )
+    check_light(old.scene, old.reflects, scene)
     if not all(same_light(a, b) for a, b in zip(scene.lights, old.scene.lights)):
         raise SceneError("relight changes the colours of lights alone; where one is moved or resized, solve again")
-    shines = (scene.emission > 0).any(axis=1)
-    shone = (old.scene.emission > 0).any(axis=1)
-    lights = scene.background.any() and not old.scene.background.any()
-    reflects = (scene.reflectance > 0).any(axis=1)
-    if lights or (shines & ~shone).any() or (reflects & ~old.reflects).any():
-        raise SceneError("relight: what was dark or black now sends light; solve again")
+    if scene.background.any() and not old.scene.background.any():
+        raise SceneError("relight: the background was dark and now sends light; solve again")
     state = copy.copy(old)
     state.take_light(scene)
     finish(state.solve())

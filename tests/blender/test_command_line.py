@@ -59,6 +59,8 @@ def test_objects_and_options(main, saved):
         "data_type": "BYTE_COLOR",
         "exposure": -2.0,
         "heat_map": False,
+        "passes": [],
+        "ao_distance": 1.0,
         "make_single_user": False,
         "apply_modifiers": False,
     }

@@ -67,6 +67,46 @@ def test_a_file_name_cannot_inject_markup(result, addon):
     assert "<b>&.blend" not in page.page(result) and "&lt;b&gt;&amp;.blend" in page.page(result)
 
 
+@pytest.fixture
+def rock_and_lamp():
+    """What rays solve: a floor with an upright panel, a rock of smooth faces, a lamp of Blender's own."""
+    floor = scenes.grid("Floor", 4, 4.0, made_of=scenes.material("Floor", (0.6, 0.5, 0.4)))
+    rock = scenes.add(
+        "Rock",
+        lambda b: scenes.bmesh.ops.create_icosphere(b, subdivisions=4, radius=0.7),
+        scenes.Matrix.Translation((0, 0, 0.9)) @ scenes.Matrix.Scale(1.6, 4, (1, 0, 0)),
+        scenes.material("Rock", (0.7, 0.7, 0.7)),
+    )
+    rock.data.polygons.foreach_set("use_smooth", [True] * len(rock.data.polygons))
+    data = bpy.data.lights.new("Lamp", "AREA")
+    data.energy, data.size = 200.0, 1.0
+    lamp = bpy.data.objects.new("Lamp", data)
+    lamp.location = 1, 0, 3
+    bpy.context.collection.objects.link(lamp)
+    bpy.context.view_layer.update()
+    return floor, rock, lamp
+
+
+def test_meshes_and_lamps_are_measured_too(rock_and_lamp, addon):
+    before = state_of_scene()
+    module = addon("operators.convergence")
+    settings = module.ConvergenceSettings(time_limit=60.0, tightest=0.04, cycles=True)
+    result = addon("pdm_core.signs_of_life").finish(module.convergence_steps(bpy.context, settings))
+    assert state_of_scene() == before
+    assert any("published method is left out" in text and "Rock" in text for text in result["said"])
+    mine = [run for run in result["runs"] if run["method"] == "this bake"]
+    theirs = [run for run in result["runs"] if run["method"] == "Cycles"]
+    assert len(mine) >= 3 and len(theirs) >= 2 and len(result["runs"]) == len(mine) + len(theirs), result["said"]
+    assert mine[-1]["reference"] and result["floor"] == mine[-1]["stated"] < 0.08
+    for run in mine:
+        assert run["rays"] > 0 and run["shadow_rays"] > 0 and run["nodes"] > 0 and "links" not in run
+        assert run["reference"] or run["measured"]["surfaces"]["l2"] <= run["stated"] + result["floor"]
+    assert theirs[-1]["measured"]["vertices"]["l2"] < 0.08  # noise, and the rock's terminator
+    assert result["saved"] == [] and {item["object"] for item in result["worst"]} == {"Floor", "Rock"}
+    page = addon("operators.convergence_page").page(result)
+    assert "Shadow rays" in page and "Visibility tests" not in page
+
+
 def test_slopes_are_those_of_powers(addon):
     page = addon("operators.convergence_page")
     seconds = [0.1, 1.0, 7.0]

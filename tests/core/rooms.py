@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pdm_core import Plane, Scene, Sphere, Surface
+from pdm_core import Mesh, Plane, PointLight, Polygon, Scene, Sphere, Surface
 
 
 def cube_planes(half=3.0, centre=(0.0, 0.0, 0.0)):
@@ -34,3 +34,20 @@ def scene_of(shapes, **material):
 
 def both_sides(plane):
     return [Surface(plane, side="front"), Surface(plane, side="back")]
+
+
+def ball_room():
+    """A closed cube with a shining ceiling and a ball, of planes and balls alone."""
+    room = [Surface(plane, (0.5, 0.4, 0.3), float(k == 1)) for k, plane in enumerate(cube_planes())]
+    return Scene([*room, Surface(Sphere.at((0.5, 0, 0), 1), 0.6)])
+
+
+def mixed_room(grey=0.5, shine=2.0, watts=300.0):
+    """The cube with all kinds of shapes: a polygon, a ball, a smooth mesh; lit by a plane and a lamp."""
+    outline = np.array([(-1, -1, -2.5), (1, -1, -2.5), (1, 1, -2.5), (0, 0, -2.5), (-1, 1, -2.5)], float)
+    corners = 0.7 * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) - 1
+    rock = Mesh(corners, [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    shapes = [*cube_planes(), Polygon(outline), Sphere.at((2, 2, 0), 0.5), rock]
+    surfaces = [Surface(shape, grey * np.array([1, 0.8, 0.6])) for shape in shapes]
+    lamp = Plane((-0.5, -0.5, 2.9), (0, 1, 0), (1, 0, 0))
+    return Scene([*surfaces, Surface(lamp, 0, shine)], lights=[PointLight((2, -2, 2), watts, 0.1)])

@@ -5,7 +5,7 @@ import pytest
 from rooms import cube_planes, scene_of
 
 from pdm_core import Mesh, Plane, Polygon, Scene, SceneError, Sphere, Surface, pdm_form_factor, solve
-from pdm_core.compare import difference, points_over, radiance_at
+from pdm_core.compare import difference, points_over
 from pdm_core.patch_radiosity import _factors, patch_radiosity
 from pdm_core.signs_of_life import finish
 
@@ -51,15 +51,15 @@ def test_shared_edges_stall_it():
     scene = Scene([Surface(plane, 0.5, float(k == 1), name=str(k)) for k, plane in enumerate(cube_planes())])
     exact = solve(scene, 0.002)
     surface, points = points_over(scene, 400)
-    truth = finish(radiance_at(exact, surface, points))
+    truth = finish(exact.radiance_steps(surface, points))
     error = []
     for divisions in (2, 4, 8):
         solution = patch_radiosity(scene, divisions, 3)
-        value = finish(radiance_at(solution, surface, points))
+        value = finish(solution.radiance_steps(surface, points))
         error.append(difference(value, truth, scene.emission[surface]).l2)
     assert error[0] > error[1] > error[2] > 0.02
     assert error[0] / error[2] < 16  # 16 times the patches, 256 times the pairs
-    ours = finish(radiance_at(solve(scene, 0.01), surface, points))
+    ours = finish(solve(scene, 0.01).radiance_steps(surface, points))
     assert difference(ours, truth, scene.emission[surface]).l2 < 0.01
 
 

@@ -1,0 +1,121 @@
+"""Watches the scene while Live is on: new light is written at once, new geometry ends it."""
+
+import time
+import traceback
+
+import bpy
+from bpy.app.handlers import persistent
+from bpy.types import Operator
+
+from ..pdm_core import SceneError
+from .colour_attribute import BakeError
+from .live import UNSEEN, live, relight, shown_by
+from .modal_steps import current, redraw_sidebars
+
+MOVED = "What shapes the light has changed; bake again to go on"
+
+
+def note(depsgraph):
+    """Marks what has changed: light is stale, geometry drops what is held."""
+    held = live.held
+    if held is None or live.is_own or current.stage is not None or depsgraph.scene.name != held.scene:
+        return
+    for update in depsgraph.updates:
+        of_all = isinstance(update.id, bpy.types.Collection | bpy.types.Scene)
+        if _is_shape(update) or (of_all and held.shown != shown_by(depsgraph.view_layer)):
+            live.drop(MOVED)
+            return
+        if isinstance(update.id, bpy.types.Material):
+            held.stale.add(update.id.original.name_full)
+        elif isinstance(update.id, bpy.types.Light):
+            held.stale.add("LIGHT")
+        elif isinstance(update.id, bpy.types.World):
+            held.stale.add("WORLD")
+
+
+def _is_shape(update):
+    """Whether an update is one of geometry. Of a light any change of its data counts as one of its object's."""
+    changed = update.is_updated_geometry or update.is_updated_transform
+    if isinstance(update.id, bpy.types.Object) and update.id.type == "LIGHT":
+        return update.is_updated_transform
+    if isinstance(update.id, bpy.types.Object):
+        return changed and update.id.type not in UNSEEN
+    # of a mesh all else is told of its object
+    return isinstance(update.id, bpy.types.Mesh) and update.is_updated_geometry
+
+
+def follow(context):
+    """Writes what is stale, or says why it cannot."""
+    held, start = live.held, time.perf_counter()
+    try:
+        relight(context)
+        held.problem, held.seconds = "", time.perf_counter() - start
+    except (BakeError, SceneError) as error:
+        held.problem = str(error)
+    except Exception as error:  # raised further, it would only come again with the next change
+        traceback.print_exc()
+        live.drop(f"Live failed, please report the console's text: {error}")
+
+
+@persistent
+def _changed(scene, depsgraph):
+    note(depsgraph)
+    is_due = live.held is not None and live.held.stale and not bpy.app.background  # where timers never come
+    if is_due and not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=0.0)
+
+
+@persistent
+def _loaded(*_):
+    live.drop()
+
+
+def _tick():
+    windows = bpy.context.window_manager.windows
+    window = next((w for w in windows if live.held is not None and w.scene.name == live.held.scene), None)
+    if window is not None and current.stage is None:
+        with bpy.context.temp_override(window=window):
+            follow(bpy.context)
+            redraw_sidebars(bpy.context)
+    return None
+
+
+class PDM_OT_free_live(Operator):
+    """Free the memory that Live takes. The colours stay as they are"""
+
+    bl_idname = "pdm.free_live"
+    bl_label = "Free"
+
+    @classmethod
+    def poll(cls, context):
+        return live.held is not None
+
+    def execute(self, context):
+        live.drop()
+        context.scene.pdm_radiosity.live = False
+        return {"FINISHED"}
+
+
+def status(settings):
+    """(icon, text): how Live is, on one line; (None, '') where it is off."""
+    if not settings.live:
+        return None, ""
+    if live.held is None:
+        return "INFO", live.dropped or "Bake to begin"
+    if live.held.problem:
+        return "ERROR", live.held.problem
+    taken = f", {1000 * live.held.seconds:.0f} ms a change" if live.held.seconds else ""
+    return "CHECKMARK", f"{live.held.kept.bytes / 1e6:,.0f} MB kept{taken}"
+
+
+def register():
+    bpy.app.handlers.depsgraph_update_post.append(_changed)
+    bpy.app.handlers.load_post.append(_loaded)
+
+
+def unregister():
+    bpy.app.handlers.depsgraph_update_post.remove(_changed)
+    bpy.app.handlers.load_post.remove(_loaded)
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    live.drop()

@@ -1,0 +1,96 @@
+"""Light of points by links, kept as matrices over groups of nodes: see kept.KeptGroups."""
+
+import numpy as np
+
+from .checked import SceneError
+from .error_flow import areas_of_nodes
+from .kept import KeptGroups, group
+
+UNSEEN = 1e-12  # factor of a source of which nothing is seen
+
+
+class KeptLinks(KeptGroups):
+    """Of a solution by links."""
+
+    def __init__(self, state, surface, points):
+        sent = state.sent
+        of = group(sent.node_surface, sent.points, areas_of_nodes(sent))
+        super().__init__(
+            state.given, surface, points, of, sent.node_surface, areas_of_nodes(sent), len(state.lights) + 1
+        )
+        self.lights, self.reflectors, self.has_background = state.lights, state.reflectors, state.background
+        self.reached = state.reached
+        self.take_nodes(state.fractions[..., None], state.scene.reflectance[sent.node_surface])
+        self.added = ~np.isin(self.group_surface, state.lights)[:, None]
+
+    def steps(self, state, chunk):
+        """Generator of the fraction done, that works out what is kept; chunk: points at once."""
+        columns = yield from _grouped(state.rows, self.of, self.count, len(state.field.keys))
+        node, weight = state.field.nodes[state.placed[0]], state.placed[1] * self.part[:, None]
+        size = self.count * len(columns)
+        spread = np.bincount((self.of[:, None] * len(columns) + node).ravel(), weight.ravel(), size)
+        self.group_rows[:] = spread.astype(np.float32).reshape(self.count, -1) @ columns
+        yield 0.1
+        light, n = np.zeros((len(self.points), 3)), len(self.points)
+        for start in range(0, n, chunk):
+            index = self.order[start : start + chunk]
+            self._see(state, columns, index, light)
+            yield 0.1 + 0.9 * min(start + chunk, n) / n
+        self.settle(light)
+
+    def _see(self, state, columns, index, light):
+        for s, part, lights, exact, cell, weight, covered in state.seen(
+            self.surface[index], self.points[index] - state.origin
+        ):
+            received, mine = state.received[s], index[part]
+            value, scale = self._means(state, received, columns[state.field.node_surface == s], exact)
+            nodes = received.local[state.field.nodes[cell]]
+            for k in range(nodes.shape[1]):
+                self.rows[mine] += weight[:, k, None].astype(np.float32) * value[nodes[:, k]]
+            self.rows[mine] *= scale
+            light[mine], self.factor[mine, :, 0] = received.between(cell, weight, exact), lights
+            for array in (self.rows, light, self.factor):
+                array[mine[covered]] = 0.0
+
+    def _means(self, state, received, columns, exact):
+        """Of one surface's nodes: what they receive from the groups, of exact sources by their factor (n, count), and
+        what points see of these instead (k, count)."""
+        value, scale = columns.copy(), np.ones((len(exact), self.count), np.float32)
+        for factor, e in zip(exact.T, received.exact, strict=True):
+            own = np.flatnonzero(self.group_surface == state.reflectors[e])
+            seen = received.factors[:, e]
+            overall = columns[:, own].sum(axis=0) / max(seen.sum(), 1e-30)
+            known = (seen > UNSEEN)[:, None]
+            value[:, own] = np.where(known, columns[:, own] / np.where(known, seen[:, None], 1.0), overall)
+            scale[:, own] = factor[:, None]
+        return state.field.conform_of(received.leaves, received.local, value), scale
+
+    def check(self, scene):
+        lit = (scene.emission > 0).any(axis=1)
+        sends = (scene.reflectance > 0).any(axis=1) & self.reached
+        dark = np.ones(len(scene), bool)
+        dark[self.reflectors] = False
+        shone = np.isin(np.arange(len(scene)), self.lights)
+        if scene.lights or scene.sky is not None or (dark & (sends | (lit & ~shone))).any():
+            raise SceneError("kept light: what was black or dark now sends light; solve again")
+        if scene.background.any() and not self.has_background:
+            raise SceneError("kept light: the background was dark and now sends light; solve again")
+
+    def colours(self, scene):
+        return np.concatenate([scene.emission[self.lights], scene.background[None]])
+
+    def shining(self, scene):
+        return np.where(self.added, scene.emission[self.group_surface], 0.0)
+
+
+def _grouped(rows, of, count, length):
+    """The matrix with columns summed by group: (length, count); yields."""
+    out = np.zeros((length, count), np.float32)
+    for block in rows.blocks:
+        order = np.argsort(of[block.columns], kind="stable")
+        first = np.flatnonzero(np.diff(of[block.columns][order], prepend=-1))
+        if len(first):
+            groups = of[block.columns][order[first]]
+            out[np.ix_(block.rows, groups)] = np.add.reduceat(block.values[:, order], first, axis=1)
+        yield 0.0
+    return out

@@ -1,0 +1,49 @@
+"""How open points are: the share of their hemisphere, weighted by the cosine, in which nothing is, or nothing near.
+
+By rays along fixed directions, the same for all points: free of noise to the eye.
+"""
+
+import numpy as np
+
+from .rays.bundles import ball_place
+from .rays.facets import Facets
+from .rays.placed import Placed
+from .rays.rows import MISS, Traced, directions
+
+DIRECTIONS = 256  # of the half sphere, each with its opposite: shares are off by about .01
+
+
+def openness_steps(scene, surface, points, distances, normals=None, inward=None):
+    """Shares (n, d) in [0, 1] at points (n, 3) m of surfaces (n,) of what is farther than distances (d,) m, inf: the
+    sky; normals and inward as Solution.incident has them. Generator of the fraction done."""
+    facets = Facets(scene)
+    receivers = Placed(facets, surface, points, normals, inward)
+    every, n = np.arange(len(receivers)), len(receivers)
+    out, total = np.zeros((n, len(distances))), np.zeros(n)
+    traced = Traced(n, directions(1))
+    for j, direction in enumerate(directions(DIRECTIONS)):
+        traced.directions = direction[None]
+        yield from _told(traced.trace(facets, lambda _: receivers, every), j / DIRECTIONS)
+        depth, weight = _depth(facets, traced, receivers), np.abs(traced.cosine[:, 0])
+        out += weight[:, None] * (depth[:, None] >= np.asarray(distances, float))
+        total += weight
+    return out / np.maximum(total, 1e-300)[:, None]
+
+
+def _told(steps, done):
+    for _ in steps:
+        yield done
+
+
+def _depth(facets, traced, receivers):
+    """(n,) m from the receivers to what they meet along the one direction traced, inf where nothing."""
+    code, at = traced.code[:, 0], traced.at[:, 0].astype(float)
+    place = np.full((len(code), 3), np.inf)
+    hit = np.flatnonzero(code != MISS)
+    k = code[hit] >> 1
+    flat = k < facets.count
+    f, r = k[flat], hit[flat]
+    place[r] = facets.origin[f] + at[r, :1] * facets.u[f] + at[r, 1:] * facets.v[f]
+    b, r = k[~flat] - facets.count, hit[~flat]
+    place[r] = facets.ball_centre[b] + np.einsum("nij,nj->ni", facets.ball_linear[b], ball_place(at[r]))
+    return np.linalg.norm(place - receivers.points, axis=1)

@@ -1,0 +1,176 @@
+"""Light of points by rays, kept as matrices over groups of nodes: see kept.KeptGroups."""
+
+import numpy as np
+
+from ..checked import SceneError
+from ..kept import KeptGroups, group
+from ..scene import Scene
+from .direct import COARSE, READ, Shares
+from .placed import Placed
+from .rows import MISS, Traced, directions
+from .sources import Emitter
+
+FAINT = 1e-3  # of the light: sources that give less may become brighter, yet their shadows need not be finer than that
+AT_ONCE = 8  # directions of nodes
+
+
+class KeptRays(KeptGroups):
+    """Of a solution by rays."""
+
+    def __init__(self, state, surface, points):
+        nodes, count = state.nodes, len(state.sources)
+        places = nodes.places.exact.reshape(len(nodes), -1, 3).mean(axis=1)
+        of = group(nodes.surface, places, nodes.weight)
+        super().__init__(state.scene, surface, points, of, nodes.surface, nodes.weight, count, channels=3)
+        self.given, self.reflects = state.scene, state.reflects
+        self.emitters = np.array([s.index for s in state.sources if isinstance(s, Emitter)], int)
+        self.take_nodes(state.factor, nodes.reflectance)
+        self.shines = state.by_rays[self.group_surface][:, None]
+        self.outside = _Sky(len(points), state.read, state.scene)
+        self.group_outside = _Sky(self.count, len(state.traced.directions), state.scene)
+
+    def steps(self, state, normals, inward):
+        """Generator of the fraction done, that works out what is kept."""
+        self._between_groups(state.nodes, state.traced)
+        yield 0.0
+        receivers, total = Placed(state.facets, self.surface, self.points, normals, inward), 1 + len(state.sources)
+        for k, source in enumerate(state.sources):
+            tolerance = np.full(len(receivers), self._tolerance(state, k))
+            steps = Shares(state.facets, [source], state.counts).at(receivers, tolerance, READ[state.target > COARSE])
+            self.factor[:, k] = (yield from _told(steps, k / total))[0][:, 0]
+        light = np.zeros((len(receivers), 3))
+        for j in range(state.read):
+            yield from self._along(state, receivers, j, light)
+            yield (len(state.sources) + j / state.read) / total
+        self.outside.settle()
+        for array in (light, self.rows):
+            array /= self.outside.total[:, None]
+        self.settle(light)
+
+    def _tolerance(self, state, k):
+        """Of the light of source k, as if there were no other: any may become the brightest."""
+        lit, weight = (state.factor[:, k] * state.light[k]).max(axis=1), state.nodes.weight
+        own = np.sqrt((weight * lit**2).sum() / max(weight.sum(), 1e-300))
+        return state.target * max(own, FAINT * state.level)
+
+    def _along(self, state, receivers, j, light):
+        """Adds what the points see along the j-th direction; yields."""
+        traced = Traced(len(receivers), directions(state.read)[j : j + 1])
+        yield from traced.trace(state.facets, lambda _: receivers, np.arange(len(receivers)))
+        code, cosine = traced.code[:, 0], traced.cosine[:, 0]
+        hit = np.flatnonzero(code >= 0)
+        node, basis = state.nodes.columns(code[hit] >> 1, traced.at[hit, 0], (code[hit] & 1) == 0)
+        basis = basis * np.abs(cosine[hit, None])
+        light[hit] += np.einsum("hk,hkc->hc", basis, state.sent[node])
+        for column, weight in zip(self.of[node].T, basis.T, strict=True):
+            self.rows[hit, column] += weight
+        self.outside.add(j, cosine, code == MISS)
+
+    def _between_groups(self, nodes, traced):
+        weight = self.part / np.maximum(np.abs(traced.cosine).sum(axis=1), 1e-30)
+        for start in range(0, len(traced.directions), AT_ONCE):
+            part = slice(start, start + AT_ONCE)
+            row, column = np.nonzero(traced.code[:, part] >= 0)
+            code = traced.code[:, part][row, column]
+            node, basis = nodes.columns(code >> 1, traced.at[:, part][row, column], (code & 1) == 0)
+            basis = basis * (np.abs(traced.cosine[:, part][row, column]) * weight[row])[:, None]
+            place = self.of[row][:, None] * self.count + self.of[node]
+            found = np.bincount(place.ravel(), basis.ravel(), self.group_rows.size)
+            self.group_rows += found.reshape(self.group_rows.shape)
+        for j in range(len(traced.directions)):
+            self.group_outside.add(j, traced.cosine[:, j], traced.code[:, j] == MISS, self.of, weight)
+        self.group_outside.settle()
+
+    def check(self, scene):
+        check_light(self.given, self.reflects, scene)
+
+    def colours(self, scene):
+        lamps = np.array([lamp.colour for lamp in scene.lights]).reshape(-1, 3)
+        return np.concatenate([scene.emission[self.emitters], lamps])
+
+    def shining(self, scene):
+        return np.where(self.shines, scene.emission[self.group_surface], 0.0)
+
+    def sky(self, scene):
+        return self.outside.light(scene)
+
+    def group_sky(self, scene):
+        return self.group_outside.light(scene)
+
+    @property
+    def bytes(self):
+        """What is kept takes of the memory."""
+        return super().bytes + self.outside.bytes + self.group_outside.bytes
+
+
+class _Sky:
+    """What n receivers see of the sky along m directions and against them: of one that is the same all around the sum;
+    of one that varies all parts, and its light under the sky last asked for."""
+
+    def __init__(self, count, directions_count, scene):
+        self.directions = directions(directions_count)
+        self.total, self.missed = np.zeros(count), np.zeros(count)
+        self.parts = np.zeros((2, count, directions_count), np.float32) if scene.sky is not None else None
+        self.last, self.shown = None, None
+
+    def add(self, j, cosine, missed, of=None, weight=None):
+        """Receivers' cosines (k,) to the j-th direction, and whether it goes out; of (k,), weight (k,): which of the
+        counted ones each is a part of, and how much of it."""
+        share = np.abs(cosine) if weight is None else np.abs(cosine) * weight
+        out = np.where(missed, share, 0.0)
+        parts = [share, out] + ([out * (cosine >= 0), out * (cosine < 0)] if self.parts is not None else [])
+        if of is not None:
+            parts = [np.bincount(of, part, len(self.total)) for part in parts]
+        self.total += parts[0]
+        self.missed += parts[1]
+        if self.parts is not None:
+            self.parts[:, :, j] = parts[2:]
+
+    def settle(self):
+        """Makes the sums of all directions 1."""
+        self.total = np.maximum(self.total, 1e-30)
+        self.missed /= self.total
+        if self.parts is not None:
+            self.parts /= self.total[:, None]
+
+    def light(self, scene):
+        """(n, 3)"""
+        if scene.sky is None:
+            return self.missed[:, None] * scene.background
+        if self.parts is None:
+            raise SceneError("The background was the same in all directions and now varies; solve again")
+        if scene.sky is not self.last:
+            ahead, behind = (scene.sky_at(d).astype(np.float32) for d in (self.directions, -self.directions))
+            self.last, self.shown = scene.sky, self.parts[0] @ ahead + self.parts[1] @ behind
+        return self.shown
+
+    @property
+    def bytes(self):
+        return self.missed.nbytes + (0 if self.parts is None else self.parts.nbytes)
+
+
+def _told(steps, fraction):
+    """Runs steps, with a sign of life each, and returns what they return."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+        yield fraction
+
+
+def check_light(old, reflected, scene):
+    """Raises SceneError where a solution of the scene old, of which surfaces (n,) reflected, does not tell what the
+    same shapes give under other light."""
+    if not isinstance(scene, Scene):
+        raise SceneError(f"relight needs a Scene, not {scene!r}")
+    alike = len(scene) == len(old) and all(
+        a.shape is b.shape and a.side == b.side for a, b in zip(scene.surfaces, old.surfaces)
+    )
+    if not alike or len(scene.lights) != len(old.lights):
+        raise SceneError(
+            "relight needs the same shapes, sides and lights in the same order; solve the new scene instead"
+        )
+    shines, reflects = (scene.emission > 0).any(axis=1), (scene.reflectance > 0).any(axis=1)
+    if (shines & ~(old.emission > 0).any(axis=1)).any() or (reflects & ~reflected).any():
+        raise SceneError("relight: what was dark or black now sends light; solve again")
