@@ -289,7 +289,7 @@ class RayState:
         worst = order[(kept + HALVED**2 * (1 - kept) > (REACHED / excess) ** 2) & (kept > KEPT_WHOLE)]
         along = np.zeros(square.shape, bool)
         along.ravel()[worst] = square.ravel()[worst] > 0
-        full = (self.nodes.cells >= FINEST) & ~self.nodes.is_mesh[:, None]
+        full = np.where(self.nodes.is_mesh[:, None], self.nodes.is_finest[:, None], self.nodes.cells >= FINEST)
         along &= ~full
         if not along.any():
             return False

@@ -23,6 +23,8 @@ PLACES = 16  # of a cell from which rays start in turn
 LIT = 8  # of them where direct light is worked out
 TRIED = 64  # places of a cell on a polygon's border, of which those inside are used
 NEXT = 0.4  # of the surplus that cells show: what is left within them
+BENT = 0.2  # of how far values vary over a face between its own vertices: how far linear ones are off
+WHOLE = 0.95  # of a mesh's vertices, with their normals: when so many are on their own it is no use to part the others
 MERGED = 1.0  # size of the cells in which a mesh's vertices are merged, of a chart's cell
 SIDES = 6  # of the directions in which their normals are told apart
 
@@ -122,7 +124,7 @@ class Nodes:
         """Groups of each mesh's corners: corner (m facets, 3), which of its surface's nodes a facet's corners are."""
         scene, facets = self.facets.scene, self.facets
         self.corner = np.zeros((facets.count, 3), np.int32)
-        self.mesh_number = np.zeros(len(scene), int)
+        self.mesh_number, self.unmerged = np.zeros(len(scene), int), np.zeros(len(scene))
         done = {}
         for k in np.flatnonzero(self.is_mesh & self.sends):
             shape, key = scene.surfaces[k].shape, scene.shape_of[k]
@@ -130,8 +132,8 @@ class Nodes:
                 group = merged_corners(shape, self.merged[k])
                 start = facets.first[key]
                 self.corner[start : start + len(shape.triangles)] = group
-                done[key] = group.max() + 1
-            self.mesh_number[k] = done[key]
+                done[key] = group.max() + 1, len(np.unique(shape.triangles.ravel() * SIDES + _side(shape)))
+            self.mesh_number[k], self.unmerged[k] = done[key][0], done[key][0] / done[key][1]
 
     def _on_mesh(self, k):
         """Points, normals (g, j, 3), triangles (g, j) and areas (g,) of the groups of a mesh's corners: each corner stands
@@ -255,7 +257,14 @@ class Nodes:
         shape, start = scene.surfaces[k].shape, self.facets.first[scene.shape_of[k]]
         v = value[self.first[k] + self.corner[start : start + len(shape.triangles)]]
         spread = ((v - v.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1)
-        return float(np.sqrt((spread * shape.areas).sum()))
+        # between merged vertices it may jump so far; between the mesh's own it bends a little
+        jumps = np.clip(2 * (1 - self.unmerged[k]), BENT, 1.0)
+        return float(jumps * np.sqrt((spread * shape.areas).sum()))
+
+    @property
+    def is_finest(self):
+        """(n surfaces,) of meshes: whether all but all of their vertices stand for themselves."""
+        return self.unmerged > WHOLE
 
     def refined(self, along):
         """along (n surfaces, 2) bool: axes of charts whose cells are halved -> Nodes, and old (n,) in it: which node of
@@ -316,10 +325,15 @@ def merged_corners(mesh, size):
     """(t, 3) group of each corner of a mesh's triangles: those in one cell of that size, m, whose normals look much the
     same way are one."""
     corner_vertex = mesh.triangles.ravel()
-    points, normals = mesh.vertices[corner_vertex], mesh.corner_normals.reshape(-1, 3)
+    points = mesh.vertices[corner_vertex]
     cell = np.floor((points - points.min(axis=0)) / max(size, 1e-300)).astype(np.int64)
     cell = np.minimum(cell, 1 << 15)
-    turned = np.argmax(np.abs(normals), axis=1) * 2
-    turned += normals[np.arange(len(normals)), turned // 2] > 0
-    key = ((cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]) * SIDES + turned
+    key = ((cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]) * SIDES + _side(mesh)
     return np.unique(key, return_inverse=True)[1].reshape(-1, 3).astype(np.int32)
+
+
+def _side(mesh):
+    """(3 t,) which of SIDES the normal of each corner of a mesh's triangles looks to."""
+    normals = mesh.corner_normals.reshape(-1, 3)
+    axis = np.argmax(np.abs(normals), axis=1)
+    return axis * 2 + (normals[np.arange(len(normals)), axis] > 0)

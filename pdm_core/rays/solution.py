@@ -18,6 +18,7 @@ from .placed import Placed
 from .where import nodes_near
 
 ROUNDS = 12  # refinements at most
+LEAST_GAIN, POOR = 0.05, 2  # of the error in a round; rounds in a row that gain less: more would not help
 GRACE = 0.1, 0.15  # of the time limit, and s, for a first solution: then it is said that there is none
 READ_AT_ONCE = 1 << 16  # points: their rays go together
 
@@ -107,15 +108,18 @@ class RayApproach:
         """Generator with a sign of life a bundle."""
         state = self.state
         yield from state.extend(np.full(len(state.nodes), -1))
+        poor = 0
         for turn in range(ROUNDS):
             yield from state.solve()
             if not state.norm > 0:
                 state.nothing()
             else:
                 yield from state.check()
+            gained = 1.0 if self.best is None else 1 - state.error / max(self.best.error, 1e-300)
+            poor = poor + 1 if gained < LEAST_GAIN else 0
             if self.best is None or state.error <= self.best.error:
                 self.best = RaySolution(state, self.plan)
-            if state.error <= self.target or turn == ROUNDS - 1:
+            if state.error <= self.target or turn == ROUNDS - 1 or poor == POOR:
                 return
             if not (yield from state.improve()):
                 return
@@ -126,13 +130,12 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
     begun = time.perf_counter()
     set_up = in_thread(RayApproach, scene, target_error, why)
     approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun))
-    state = approach.state
+    state, stopped = approach.state, False
     for _ in approach.steps():
         yield state.error, state.elapsed()
-        if approach.best is not None and enough():
-            break
         late = time_limit is not None and state.elapsed() - time_limit
-        if late and late > 0 and approach.best is not None:
+        stopped = approach.best is not None and bool(enough() or (late and late > 0))
+        if stopped:
             break
         if late and late > GRACE[0] * time_limit + GRACE[1]:
             raise SceneError(
@@ -143,7 +146,11 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
     if solution.error > target_error:
         solution.warnings.append(
             f"The estimated error is {100 * solution.error:.2g} %, above the target of {100 * target_error:.2g} %; "
-            "raise the time limit or the target error"
+            + (
+                "raise the time limit or the target error"
+                if stopped
+                else "finer rays hardly help; raise the target error"
+            )
         )
     return solution
 
