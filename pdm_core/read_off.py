@@ -32,7 +32,7 @@ class ReadOff:
         return finish(self.estimated_error_steps(*self._of_one(surface_index, points)))
 
     def kept(self, surface, points, normals=None, inward=None):
-        """Kept of points (n, 3) m of surfaces (n,): their light under any other, at once, as long as no shape changes."""
+        """Kept of points (n, 3) m of surfaces (n,): what they show under other light, while no shape changes."""
         return finish(self.kept_steps(surface, vectors(points, "points"), normals, inward))
 
     def _of_one(self, surface_index, points):
