@@ -222,8 +222,8 @@ class RayState:
             yield from self.looked_rays.trace(self.facets, lambda _: self.places, np.arange(len(self.places)))
 
     def _each(self, scale):
-        """surface_errors (n surfaces,): of each one's own light: of its nodes' rays, as large as those are where colours
-        are read, and its part of all the rest."""
+        """surface_errors (n surfaces,): of each one's own light: of its nodes' rays, as large as those are where
+        colours are read, and its part of all the rest."""
         nodes, count = self.nodes, len(self.scene)
         self.node_error *= scale
         own = np.sqrt(np.bincount(nodes.surface, nodes.weight * self.node_error**2, count))

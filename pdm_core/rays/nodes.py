@@ -136,8 +136,8 @@ class Nodes:
             self.mesh_number[k], self.unmerged[k] = done[key][0], done[key][0] / done[key][1]
 
     def _on_mesh(self, k):
-        """Points, normals (g, j, 3), triangles (g, j) and areas (g,) of the groups of a mesh's corners: each corner stands
-        for a third of its triangle, at the middle of that third."""
+        """Points, normals (g, j, 3), triangles (g, j) and areas (g,) of the groups of a mesh's corners: each corner
+        stands for a third of its triangle, at the middle of that third."""
         scene = self.facets.scene
         shape, start = scene.surfaces[k].shape, self.facets.first[scene.shape_of[k]]
         group = self.corner[start : start + len(shape.triangles)].ravel()
