@@ -10,10 +10,10 @@ import bpy
 import numpy as np
 
 from ..pdm_core import SceneError, solve_steps
-from ..pdm_core.compare import difference, points_over, radiance_at
+from ..pdm_core.compare import difference, material_at, points_over, radiance_at
 from ..pdm_core.foretell import seconds_to
 from ..pdm_core.left_out import left_out, seconds_steps
-from ..pdm_core.patch_radiosity import MOST_PATCHES, patch_radiosity_steps
+from ..pdm_core.patch_radiosity import MOST_PATCHES, patch_radiosity_steps, what_it_lacks
 from ..pdm_core.signs_of_life import mapped
 from .bake import Stage, baked_before, check_light, find_targets
 from .bake_points import bake_points, corners_of
@@ -171,6 +171,9 @@ def _values(solution, places):
 
 def _published(scene, places, keep, stop):
     """Runs of the published method, until the time is used up; yields."""
+    if lacks := what_it_lacks(scene):
+        keep.said.append(f"the published method is left out: it knows no {lacks}")
+        return
     before = 0.0
     share = OWN_SHARE + (1 - OWN_SHARE) / (2 if keep.settings.cycles else 1)
     for divisions, points in PATCHES:
@@ -235,8 +238,7 @@ def result_of(context, reading, places, keep, reference, plan):
     foretold {target: seconds}; objects [{name, label, error}]; worst, map: see _where
     """
     solution, (at_vertices, everywhere) = reference
-    emission = reading.scene.emission
-    own = [emission[places.vertices[0]], emission[places.everywhere[0]]]
+    own = [material_at(reading.scene, *at)[1] for at in (places.vertices, places.everywhere)]
     runs = []
     for run in keep.runs:
         values = run.pop("values")

@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..pdm_core.compare import material_at
 from .bake_points import bake_points, corners_of
 from .colour_attribute import BakeError
 
@@ -69,7 +70,7 @@ def _run(folder, count, reading, targets):
         for k, target in enumerate(targets):
             pairs = bake_points(*corners_of(target), "CORNER")
             surface = np.concatenate([np.full(stop - start, s) for s, start, stop in pairs.runs])
-            rho, emission = scene.reflectance[surface], scene.emission[surface]
+            rho, emission = material_at(scene, surface, pairs.points)
             one, other = (rho * _of_pairs(data[f"{seed}:{k}"], pairs) for seed in (1, 2))
             noise, total = noise + ((one - other) ** 2).sum() / 2, total + ((one + other) ** 2).sum() / 4
             values[target.name], sizes[target.name] = emission + one, len(surface)

@@ -6,6 +6,7 @@ import numpy as np
 
 from .error_estimates import sample_points
 from .field import Field
+from .scene import Plane, Sphere
 
 POINTS = 2000  # over all surfaces
 SEED = 11
@@ -33,6 +34,8 @@ def difference(value, reference, own_light):
 
 def points_over(scene, count=POINTS):
     """Random points spread evenly over the area: surface (k,), points (k, 3) m."""
+    if not all(isinstance(shape, Plane | Sphere) for shape in scene.shapes):
+        return _spread_over(scene, count)
     field = Field(scene)
     nothing, everything = np.zeros(len(field.level)), np.ones(len(scene), bool)
     surface, points, _, weight = sample_points(field, nothing, np.zeros(len(scene)), everything, 4 * count, SEED)
@@ -40,6 +43,28 @@ def points_over(scene, count=POINTS):
     edges = np.cumsum(weight) / weight.sum()
     pick = np.searchsorted(edges, (np.arange(count) + 0.5) / count)
     return surface[pick], points[pick]
+
+
+def _spread_over(scene, count):
+    """The same for any shapes, of points that each has evenly over its area."""
+    rng, edges = np.random.default_rng(SEED), np.cumsum(scene.areas)
+    surface = np.searchsorted(edges / edges[-1], (np.arange(count) + 0.5) / count)
+    points = np.empty((count, 3))
+    for k in np.unique(surface):
+        mine = np.flatnonzero(surface == k)
+        spread = scene.surfaces[k].shape.spread(4 * len(mine))
+        points[mine] = spread[rng.permutation(len(spread))[: len(mine)]]
+    return surface, points
+
+
+def material_at(scene, surface, points):
+    """Reflectance and emission (k, 3) at points (k, 3) m on these surfaces (k,), where they vary too."""
+    reflectance, emission = scene.reflectance[surface], scene.emission[surface]
+    for k in np.unique(surface):
+        mine, own = np.flatnonzero(surface == k), scene.surfaces[k]
+        if own.varies:
+            reflectance[mine], emission[mine] = own.reflectance_at(points[mine]), own.emission_at(points[mine])
+    return reflectance, emission
 
 
 def radiance_at(solution, surface, points, chunk=4096):

@@ -60,6 +60,14 @@ def _between(at, count, wraps):
     return (both % count if wraps else np.clip(both, 0, count - 1)), place - low
 
 
+def what_it_lacks(scene):
+    """What of a scene the published method does not know, as text, or ''."""
+    parts = ["meshes"] * any(isinstance(shape, Mesh) for shape in scene.shapes) + ["lights"] * bool(scene.lights)
+    parts += ["background that varies"] * (scene.sky is not None)
+    parts += ["surfaces that vary"] * any(surface.varies for surface in scene.surfaces)
+    return " and ".join(parts)
+
+
 def patch_radiosity(scene, divisions=3, points=5):
     """PatchSolution with divisions x divisions patches a plane, divisions x 2 divisions a sphere, at `points` Gauss
     points a direction in each patch. The error is large where surfaces share an edge: see form_factors."""

@@ -140,3 +140,13 @@ def test_a_bake_foretells_what_tighter_targets_take():
     report = json.loads(bpy.context.scene.pdm_radiosity.last_report)
     told = [report["foretold"][key] for key in ("0.01", "0.005", "0.0025")]
     assert 0 < told[0] <= told[1] <= told[2]
+
+
+def test_meshes_and_lights_are_compared_without_the_published_method(tmp_path):
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=0.5, location=(0, 0, 1))
+    bpy.ops.object.light_add(type="POINT", location=(1, 0, 3))
+    assert bpy.ops.pdm.convergence(time_limit=10, tightest=0.1, folder=str(tmp_path)) == {"FINISHED"}
+    result = json.loads((tmp_path / "convergence.json").read_text(encoding="utf-8"))
+    assert {run["method"] for run in result["runs"]} == {"this bake"}
+    assert any("no meshes and lights" in text for text in result["said"])

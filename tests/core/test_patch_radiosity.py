@@ -5,8 +5,8 @@ import pytest
 from rooms import cube_planes, scene_of
 
 from pdm_core import Mesh, Plane, Polygon, Scene, SceneError, Sphere, Surface, pdm_form_factor, solve
-from pdm_core.compare import difference, points_over, radiance_at
-from pdm_core.patch_radiosity import _factors, patch_radiosity
+from pdm_core.compare import difference, material_at, points_over, radiance_at
+from pdm_core.patch_radiosity import _factors, patch_radiosity, what_it_lacks
 from pdm_core.signs_of_life import finish
 
 
@@ -102,3 +102,21 @@ def test_wrong_divisions_are_named(wrong):
 def test_too_many_patches_are_refused_before_the_work():
     with pytest.raises(SceneError, match="fewer divisions"):
         patch_radiosity(scene_of(cube_planes()), 100)
+
+
+def test_scenes_of_any_kind_are_compared_but_with_the_published_method():
+    sheet = Mesh([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)])
+    wall = Plane((0, 0, 1), (1, 0, 0), (0, 0, 1))
+    varies = Surface(wall, reflectance=lambda p: p / 4, emission=lambda p: p)
+    scene = Scene([Surface(sheet, reflectance=0.5), varies])
+    surface, points = points_over(scene, 300)
+    assert np.bincount(surface).tolist() == [200, 100]
+    assert (points[surface == 0, 2] == 0).all() and np.allclose(
+        points[surface == 0].mean(axis=0), (1, 0.5, 0), atol=0.1
+    )
+    reflectance, emission = material_at(scene, surface, points)
+    np.testing.assert_allclose(reflectance[surface == 0], 0.5)
+    np.testing.assert_allclose(reflectance[surface == 1], points[surface == 1] / 4)
+    np.testing.assert_allclose(emission[surface == 1], points[surface == 1])
+    assert what_it_lacks(scene) == "meshes and surfaces that vary"
+    assert what_it_lacks(Scene([Surface(wall, reflectance=0.5)])) == ""
