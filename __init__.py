@@ -1,4 +1,4 @@
-"""PDM Radiosity: diffuse light between exact planes and spheres, baked into vertex colours."""
+"""PDM Radiosity: diffuse light between exact shapes and meshes, baked into vertex colours."""
 
 
 def register():

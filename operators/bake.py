@@ -198,7 +198,7 @@ def find_targets(reading):
         reasons = [f"{name!r} {reason}" for name, reason in reading.refused]
         reasons += [f"{o.name!r} {o.reason}" for o in reading.objects if not o.bakeable]
         found = "; ".join(reasons[:3]) or "a render shows no mesh object"
-        raise BakeError(f"Nothing to bake: add a UV sphere, plane or box, or select one ({found})")
+        raise BakeError(f"Nothing to bake: add a mesh object, or select one ({found})")
     return targets
 
 

@@ -13,7 +13,7 @@ from .show_colours import show
 
 
 class PDM_OT_bake(BakeProperties, Steps, Operator):
-    """Solve the light between UV spheres, planes and boxes, and write it to a colour attribute"""
+    """Solve the light between all objects that a render shows, and write it to a colour attribute"""
 
     bl_idname = "pdm.bake"
     bl_label = "Bake Radiosity"

@@ -217,7 +217,7 @@ def _check_files(options, paths):
 def _parser():
     parser = argparse.ArgumentParser(
         prog="blender -b SCENE.blend --command pdm",
-        description=f"PDM Radiosity {version()}: diffuse light on exact planes and spheres, baked into vertex colours.",
+        description=f"PDM Radiosity {version()}: diffuse light, baked into vertex colours to a stated error.",
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_convergence(commands)

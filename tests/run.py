@@ -73,7 +73,7 @@ def make_zip():
 
 
 def demo():
-    """Both demo rooms through the installed zip."""
+    """The demo scenes through the installed zip."""
     python = first_blender()[1]
     with fresh_blender(build_zip()) as environment:
         return subprocess.run([python, "tests/demo/bake_rooms.py"], cwd=ROOT, env=environment).returncode

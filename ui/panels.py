@@ -22,8 +22,8 @@ from .wrapped import wrapped
 
 MOST_LISTED = 30  # warnings; the JSON report has them all
 ICONS = {"SPHERE": "MESH_UVSPHERE", "PLANE": "MESH_PLANE", "PLANES": "MESH_CUBE"}
-DARK = "Nothing shines yet: give an object a material with Emission, or the world a colour"
-EMPTY = "Nothing to bake yet: add a UV sphere, a plane, a box, or the example room"
+DARK = "Nothing shines yet: add a light, give an object a material with Emission, or the world a colour"
+EMPTY = "Nothing to bake yet: add a mesh object, or the example room"
 
 
 class _Sidebar:
