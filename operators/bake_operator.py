@@ -4,10 +4,10 @@ from bpy.props import BoolProperty
 from bpy.types import Operator
 
 from ..pdm_core import SceneError
-from .bake import BakeSettings, bake_steps, look_at_scene
+from .baking.bake import BakeSettings, bake_steps, look_at_scene
+from .baking.report import counted, one_line
 from .edit_mode import object_mode
 from .modal_steps import CANCEL, KEEP, Idle, Steps, current
-from .report import counted, one_line
 from .settings import SETTING_NAMES, BakeProperties
 from .show_colours import show
 

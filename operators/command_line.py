@@ -13,16 +13,16 @@ import bpy
 from ..pdm_core import SceneError
 from ..pdm_core.signs_of_life import finish
 from . import farm
-from .bake import BakeSettings, bake_steps
-from .colour_attribute import BakeError
-from .convergence import ConvergenceSettings, convergence_steps
+from .baking.bake import BakeSettings, bake_steps
+from .baking.colour_attribute import BakeError
+from .baking.passes import SUFFIX
+from .baking.report import counted, one_line, percent, version
 from .convergence_operator import NAMES as CONVERGENCE_NAMES
 from .convergence_operator import write
-from .convergence_page import text_rows
 from .edit_mode import object_mode
-from .passes import SUFFIX
-from .render_image import render_image
-from .report import counted, one_line, percent, version
+from .reporting.convergence import ConvergenceSettings, convergence_steps
+from .reporting.convergence_page import text_rows
+from .reporting.render_image import render_image
 from .settings import SETTING_NAMES, BakeProperties
 from .subdivide import BUDGET, subdivide_by_report
 

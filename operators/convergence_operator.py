@@ -10,9 +10,9 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 from bpy.types import Operator
 
-from .convergence import ConvergenceSettings, convergence_steps
-from .convergence_page import csv_text, curves, page, text_rows
 from .modal_steps import Steps, current
+from .reporting.convergence import ConvergenceSettings, convergence_steps
+from .reporting.convergence_page import csv_text, curves, page, text_rows
 from .settings import BakeProperties
 
 NAMES = ("objects", "time_limit", "tightest", "published", "cycles")

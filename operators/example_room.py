@@ -6,7 +6,7 @@ from bpy.types import Operator
 from mathutils import Matrix, Vector
 
 from .modal_steps import Idle
-from .preview_nodes import uses_nodes
+from .reading.preview_nodes import uses_nodes
 
 NAME = "Radiosity Example"
 WIDTH, DEPTH, HEIGHT, CELLS = 4.0, 4.0, 3.0, 40

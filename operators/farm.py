@@ -15,7 +15,7 @@ from pathlib import Path
 
 import bpy
 
-from .report import counted, percent, version
+from .baking.report import counted, percent, version
 
 Task = namedtuple("Task", "source blend report log")
 STATES = DONE, SKIPPED, FAILED, STOPPED = "done", "skipped", "failed", "stopped"

@@ -10,14 +10,14 @@ import numpy as np
 
 from ..pdm_core.kept import Kept, under_light
 from ..pdm_core.signs_of_life import finish
-from .colour_attribute import BakeError
-from .error_map import names_written
-from .materials import read_material
-from .node_values import Value
-from .read_lights import read_lights
-from .read_world import world_steps
-from .render_visible import evaluated, render_visible
-from .world_nodes import NotPlain, terms_of
+from .baking.colour_attribute import BakeError
+from .baking.error_map import names_written
+from .reading.materials import read_material
+from .reading.node_values import Value
+from .reading.read_lights import read_lights
+from .reading.read_world import world_steps
+from .reading.render_visible import evaluated, render_visible
+from .reading.world_nodes import NotPlain, terms_of
 
 AGAIN = "bake again to see it"
 UNSEEN = {"CAMERA", "SPEAKER", "LIGHT_PROBE"}  # types of objects that are nothing to the light

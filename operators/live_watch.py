@@ -8,7 +8,7 @@ from bpy.app.handlers import persistent
 from bpy.types import Operator
 
 from ..pdm_core import SceneError
-from .colour_attribute import BakeError
+from .baking.colour_attribute import BakeError
 from .live import UNSEEN, live, relight, shown_by
 from .modal_steps import current, redraw_sidebars
 

@@ -10,11 +10,11 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..pdm_core import SceneError
-from .bake import look_at_steps
-from .colour_attribute import BakeError
+from .baking.bake import look_at_steps
+from .baking.colour_attribute import BakeError
+from .baking.report import counted
 from .live import own_changes
 from .modal_steps import SLICE, current, redraw_sidebars
-from .report import counted
 
 QUIET = 0.4  # s without a change before the scene is read
 SHOWN = 1.5  # s for which a drawn panel counts as shown

@@ -7,10 +7,10 @@ import traceback
 from ..pdm_core import SceneError
 from ..pdm_core.foretell import seconds_to
 from ..pdm_core.signs_of_life import finish
-from .bake import Stage
-from .colour_attribute import BakeError
+from .baking.bake import Stage
+from .baking.colour_attribute import BakeError
+from .baking.report import percent
 from .edit_mode import object_mode
-from .report import percent
 
 CATEGORY = "Radiosity"  # tab of the sidebar
 TICK = 0.002  # s between timer events: hardly a wait between slices

@@ -4,9 +4,9 @@ import bpy
 from bpy.props import BoolProperty
 from bpy.types import Operator
 
+from .baking.report import counted
 from .modal_steps import Idle
-from .preview_nodes import MADE, MARK, add_preview, has_preview, make_material, remove_preview
-from .report import counted
+from .reading.preview_nodes import MADE, MARK, add_preview, has_preview, make_material, remove_preview
 
 NAME = "Baked Light"  # of the material that objects without one get
 

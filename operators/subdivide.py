@@ -6,10 +6,10 @@ import numpy as np
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 from bpy.types import Operator
 
-from .colour_attribute import BakeError
-from .finer_mesh import finer_size, refine
+from .baking.colour_attribute import BakeError
+from .baking.finer_mesh import finer_size, refine
+from .baking.report import counted
 from .modal_steps import Idle
-from .report import counted
 from .settings import SETTING_NAMES
 
 MOST_TIMES = 256  # parts of an edge at once

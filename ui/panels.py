@@ -3,17 +3,17 @@
 from bpy.types import Panel, UIList
 
 from ..operators.bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
+from ..operators.baking.report import counted, percent
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from ..operators.example_room import NAME as EXAMPLE
 from ..operators.example_room import PDM_OT_example_room
-from ..operators.graph_image import graph
 from ..operators.listed import LABELS
 from ..operators.live_watch import PDM_OT_free_live, status
 from ..operators.look import is_dark, is_empty, panel_shown, summary
 from ..operators.mend import PDM_OT_mend
 from ..operators.modal_steps import CATEGORY, current
 from ..operators.preview_material import PDM_OT_preview_material, any_preview
-from ..operators.report import counted, percent
+from ..operators.reporting.graph_image import graph
 from ..operators.settings import SETTING_NAMES
 from ..operators.show_colours import PDM_OT_show_colours, is_shown
 from ..operators.subdivide import PDM_OT_subdivide, too_coarse

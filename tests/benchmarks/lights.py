@@ -132,7 +132,7 @@ def row(name, kind, settings, scale, read_scene):
 
 
 def main(output=None):
-    read_scene = extension()("operators.read_scene").read_scene
+    read_scene = extension()("operators.reading.read_scene").read_scene
     rows, version = [], ".".join(map(str, bpy.app.version[:2]))
     print(f"{'light':44} {'L2 %':>7} {'worst %':>8} {'noise %':>8}   (Blender {version})")
     for case in cases():

@@ -232,7 +232,7 @@ def pictures(stem, path, colours, theirs):
     import bpy
     import numpy as np
 
-    render_image = importlib.import_module(f"{MODULE}.operators.render_image").render_image
+    render_image = importlib.import_module(f"{MODULE}.operators.reporting.render_image").render_image
     bpy.ops.wm.open_mainfile(filepath=str(path))
     mean = {name: np.nan_to_num(v.mean(axis=0)) for name, v in theirs["values"].items()}
     areas = np.concatenate([weights(bpy.data.objects[name]) for name in mean])

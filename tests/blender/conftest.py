@@ -36,7 +36,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture
 def addon():
-    """import_module of a path inside the installed extension: addon("operators.bake")."""
+    """import_module of a path inside the installed extension: addon("operators.baking.bake")."""
     return lambda name="": importlib.import_module(f"{MODULE}.{name}" if name else MODULE)
 
 

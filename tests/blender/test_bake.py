@@ -17,7 +17,7 @@ def bake(**settings):
 
 
 def solution_of(addon, target_error=0.01):
-    reading = addon("operators.read_scene").read_scene(bpy.context)
+    reading = addon("operators.reading.read_scene").read_scene(bpy.context)
     return reading, addon("pdm_core").solve(reading.scene, target_error)
 
 
@@ -173,7 +173,7 @@ def test_a_failed_write_leaves_every_mesh_as_it_was(addon, monkeypatch):
     floor, ball, lamp = (bpy.data.objects[n] for n in ("Floor", "Ball", "Lamp"))
     ball.data.color_attributes.remove(ball.data.color_attributes["Radiosity"])
     before = scenes.colours(floor).copy()
-    module = addon("operators.colour_attribute")
+    module = addon("operators.baking.colour_attribute")
     write, calls = module._write, []
 
     def failing(*arguments):
@@ -326,7 +326,7 @@ def test_scan_lists_what_the_bake_will_take():
 def test_closing_the_steps_early_changes_nothing(addon):
     """What Esc does in a window."""
     floor = scenes.lit_ball()[0]
-    module = addon("operators.bake")
+    module = addon("operators.baking.bake")
     steps = module.bake_steps(bpy.context, module.BakeSettings())
     stages = {next(steps).text for _ in range(3)}
     steps.close()
@@ -339,7 +339,7 @@ def test_reading_a_large_mesh_gives_signs_of_life(addon):
     """A recognition that takes seconds is done beside steps that yield; Esc then leaves the scene as it was."""
     ground = scenes.add("Ground", lambda b: bmesh.ops.create_grid(b, x_segments=500, y_segments=500, size=1))
     scenes.lit_ball()
-    module = addon("operators.bake")
+    module = addon("operators.baking.bake")
     steps = module.bake_steps(bpy.context, module.BakeSettings())
     stages = []
     while not stages or stages[-1].text == "Reading the scene":
@@ -353,10 +353,10 @@ def test_reading_a_large_mesh_gives_signs_of_life(addon):
 @pytest.mark.parametrize("stage", ["Solving", "Evaluating vertices", "Checking between vertices"])
 def test_an_object_removed_meanwhile_is_named(addon, stage):
     floor, ball = scenes.lit_ball()[:2]
-    module = addon("operators.bake")
+    module = addon("operators.baking.bake")
     steps, removed = module.bake_steps(bpy.context, module.BakeSettings(target_error=0.1)), False
     name = ball.name
-    with pytest.raises(addon("operators.colour_attribute").BakeError, match=f"'{name}' was removed"):
+    with pytest.raises(addon("operators.baking.colour_attribute").BakeError, match=f"'{name}' was removed"):
         for step in steps:
             if step.text == stage and not removed:
                 bpy.data.objects.remove(ball)
@@ -429,7 +429,7 @@ def test_a_failure_after_writing_puts_all_back(addon, monkeypatch):
     floor = scenes.lit_ball()[0]
     bake()
     before, last = scenes.colours(floor).copy(), bpy.context.scene.pdm_radiosity.last_report
-    module = addon("operators.bake")
+    module = addon("operators.baking.bake")
 
     def broken(*_):
         raise OverflowError("no report")
@@ -443,7 +443,7 @@ def test_a_failure_after_writing_puts_all_back(addon, monkeypatch):
 
 def test_colours_that_are_not_finite_are_not_written(addon):
     floor = scenes.lit_ball()[0]
-    attribute = addon("operators.colour_attribute")
+    attribute = addon("operators.baking.colour_attribute")
     colours = np.full((25, 4), np.nan, np.float32)
     with pytest.raises(attribute.BakeError, match="Floor.*not finite"):
         attribute.write_colours([attribute.Colours("Floor", "POINT", colours)], "Radiosity", "FLOAT_COLOR")

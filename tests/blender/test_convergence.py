@@ -62,7 +62,7 @@ def test_page_csv_and_sidebar_tell_the_same(result, tmp_path, addon):
 
 
 def test_a_file_name_cannot_inject_markup(result, addon):
-    page = addon("operators.convergence_page")
+    page = addon("operators.reporting.convergence_page")
     result["about"]["file"] = "<b>&.blend"
     assert "<b>&.blend" not in page.page(result) and "&lt;b&gt;&amp;.blend" in page.page(result)
 
@@ -89,7 +89,7 @@ def rock_and_lamp():
 
 def test_meshes_and_lamps_are_measured_too(rock_and_lamp, addon):
     before = state_of_scene()
-    module = addon("operators.convergence")
+    module = addon("operators.reporting.convergence")
     settings = module.ConvergenceSettings(time_limit=60.0, tightest=0.04, cycles=True)
     result = addon("pdm_core.signs_of_life").finish(module.convergence_steps(bpy.context, settings))
     assert state_of_scene() == before
@@ -103,12 +103,12 @@ def test_meshes_and_lamps_are_measured_too(rock_and_lamp, addon):
         assert run["reference"] or run["measured"]["surfaces"]["l2"] <= run["stated"] + result["floor"]
     assert theirs[-1]["measured"]["vertices"]["l2"] < 0.08  # noise, and the rock's terminator
     assert result["saved"] == [] and {item["object"] for item in result["worst"]} == {"Floor", "Rock"}
-    page = addon("operators.convergence_page").page(result)
+    page = addon("operators.reporting.convergence_page").page(result)
     assert "Shadow rays" in page and "Visibility tests" not in page
 
 
 def test_slopes_are_those_of_powers(addon):
-    page = addon("operators.convergence_page")
+    page = addon("operators.reporting.convergence_page")
     seconds = [0.1, 1.0, 7.0]
     assert math.isclose(page.slope(seconds, [s**-1.5 for s in seconds]), -1.5)
     assert page.slope([1.0], [0.1]) is None
@@ -116,7 +116,7 @@ def test_slopes_are_those_of_powers(addon):
 
 def test_the_time_limit_sizes_the_ladder(addon):
     scenes.lit_ball()
-    module = addon("operators.convergence")
+    module = addon("operators.reporting.convergence")
     settings = module.ConvergenceSettings(time_limit=1.0, tightest=1e-5, published=False)
     result = addon("pdm_core.signs_of_life").finish(module.convergence_steps(bpy.context, settings))
     assert result["runs"] and "the time limit" in result["said"][0]
@@ -124,7 +124,7 @@ def test_the_time_limit_sizes_the_ladder(addon):
 
 def test_what_is_done_is_kept_when_stopped(addon):
     scenes.lit_ball()
-    module, stages = addon("operators.convergence"), []
+    module, stages = addon("operators.reporting.convergence"), []
     steps = module.convergence_steps(bpy.context, module.ConvergenceSettings(), lambda: len(stages) > 0)
     result = addon("pdm_core.signs_of_life").finish(
         steps, lambda stage: stages.append(1) if "Solving to 8" in stage.text else None
@@ -148,7 +148,7 @@ def test_command_line(addon, tmp_path, capfd):
 
 def test_cycles_agrees_but_for_its_noise_and_facets(addon):
     scenes.lit_ball()
-    module = addon("operators.convergence")
+    module = addon("operators.reporting.convergence")
     settings = module.ConvergenceSettings(time_limit=30.0, tightest=0.01, published=False, cycles=True)
     result = addon("pdm_core.signs_of_life").finish(module.convergence_steps(bpy.context, settings))
     theirs = [run for run in result["runs"] if run["method"] == "Cycles"]
@@ -168,7 +168,7 @@ def test_error_map_is_a_second_attribute(addon):
     assert colours.active_color_name == "Radiosity"
     values = np.empty(4 * len(colours["Radiosity Error"].data), np.float32)
     colours["Radiosity Error"].data.foreach_get("color", values)
-    ramp = addon("operators.error_map").ramp_colours
+    ramp = addon("operators.baking.error_map").ramp_colours
     low, high = ramp(np.array([0.0, 1.0]))
     assert low[2] > low[1] and high[1] > high[2]  # violet, yellow
     assert np.ptp(values.reshape(-1, 4)[:, 1]) > 0 and np.allclose(values.reshape(-1, 4)[:, 3], 1)

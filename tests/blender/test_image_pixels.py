@@ -26,7 +26,7 @@ def random_bytes(opaque=True):
 @pytest.mark.parametrize("space", ["sRGB", "Display P3", "Rec.1886", "Rec.2020", "ACEScg", "ACES2065-1"])
 def test_bytes_are_decoded_as_blender_does(addon, tmp_path, space):
     image = byte_image(tmp_path, random_bytes(), space)
-    found = addon("operators.image_pixels").read_pixels(image)
+    found = addon("operators.reading.image_pixels").read_pixels(image)
     settings = bpy.context.scene.render.image_settings
     settings.file_format, settings.color_depth = "OPEN_EXR", "32"
     image.save_render(str(tmp_path / "linear.exr"))
@@ -38,7 +38,7 @@ def test_bytes_are_decoded_as_blender_does(addon, tmp_path, space):
 def test_data_stays_as_it_is_and_colours_are_multiplied_by_alpha(addon, tmp_path):
     values = random_bytes(opaque=False)
     image = byte_image(tmp_path, values, "Non-Color")
-    read_pixels = addon("operators.image_pixels").read_pixels
+    read_pixels = addon("operators.reading.image_pixels").read_pixels
     assert np.allclose(read_pixels(image)[..., :3], values[..., :3] / 255 * values[..., 3:] / 255, atol=1e-6)
     image.alpha_mode = "CHANNEL_PACKED"
     assert np.allclose(read_pixels(image), values / 255, atol=1e-6)
@@ -47,7 +47,7 @@ def test_data_stays_as_it_is_and_colours_are_multiplied_by_alpha(addon, tmp_path
 
 
 def test_floats_packed_and_generated_images(addon, tmp_path):
-    read_pixels = addon("operators.image_pixels").read_pixels
+    read_pixels = addon("operators.reading.image_pixels").read_pixels
     image = bpy.data.images.new("HDR", 3, 2, float_buffer=True)
     values = np.linspace(0, 50, 24, dtype=np.float32).reshape(2, 3, 4)
     values[..., 3] = 1
@@ -65,7 +65,7 @@ def test_floats_packed_and_generated_images(addon, tmp_path):
 
 
 def test_what_has_no_pixels_is_named(addon, tmp_path):
-    pixels = addon("operators.image_pixels")
+    pixels = addon("operators.reading.image_pixels")
     missing = bpy.data.images.new("Wood", 4, 4)
     missing.source, missing.filepath = "FILE", "/nowhere/wood.png"
     with pytest.raises(pixels.ImageError, match="'Wood' '/nowhere/wood.png' is missing"):

@@ -9,7 +9,7 @@ from mathutils import Matrix
 
 @pytest.fixture
 def read(addon):
-    module = addon("operators.read_scene")
+    module = addon("operators.reading.read_scene")
     return lambda objects="ALL", **own_meshes: module.read_scene(bpy.context, objects, **own_meshes)
 
 

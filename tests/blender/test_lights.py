@@ -61,7 +61,7 @@ def baked_by_cycles(objects, samples=SAMPLES):
 
 @pytest.fixture
 def read(addon):
-    return lambda: addon("operators.read_scene").read_scene(bpy.context)
+    return lambda: addon("operators.reading.read_scene").read_scene(bpy.context)
 
 
 def compare(read, samples=SAMPLES, error=5e-3):
@@ -205,14 +205,14 @@ def test_what_is_left_out_is_said(read):
 
 def test_lights_alone_are_light(addon):
     scenes.grid("Floor")
-    bake = addon("operators.bake")
-    reading = addon("operators.read_scene").read_scene(bpy.context)
-    with pytest.raises(addon("operators.colour_attribute").BakeError, match="Nothing shines: add a light"):
+    bake = addon("operators.baking.bake")
+    reading = addon("operators.reading.read_scene").read_scene(bpy.context)
+    with pytest.raises(addon("operators.baking.colour_attribute").BakeError, match="Nothing shines: add a light"):
         bake.check_light(bpy.context, reading)
     made = lamp("POINT", energy=0)
-    with pytest.raises(addon("operators.colour_attribute").BakeError, match="light 'Lamp' sends none"):
-        bake.check_light(bpy.context, addon("operators.read_scene").read_scene(bpy.context))
+    with pytest.raises(addon("operators.baking.colour_attribute").BakeError, match="light 'Lamp' sends none"):
+        bake.check_light(bpy.context, addon("operators.reading.read_scene").read_scene(bpy.context))
     made.data.energy = 1
-    reading = addon("operators.read_scene").read_scene(bpy.context)
+    reading = addon("operators.reading.read_scene").read_scene(bpy.context)
     bake.check_light(bpy.context, reading)
     assert addon("pdm_core.plan").lit(reading.scene).tolist() == [True, False]

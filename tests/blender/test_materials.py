@@ -10,7 +10,7 @@ GREY = (0.2, 0.4, 0.6)
 
 @pytest.fixture
 def read(addon):
-    return addon("operators.materials").read_material
+    return addon("operators.reading.materials").read_material
 
 
 class Nodes:

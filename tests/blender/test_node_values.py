@@ -13,14 +13,14 @@ import scenes
 
 @pytest.fixture
 def read(addon):
-    return addon("operators.materials").read_material
+    return addon("operators.reading.materials").read_material
 
 
 @pytest.fixture
 def colours(addon, read):
     """colours(obj, points, slot=0): (n, 3) reflectance of the front of one material there, and its warnings."""
-    layers, varying = addon("operators.mesh_layers"), addon("operators.varying")
-    arrays_of = addon("operators.mesh_arrays").arrays_of
+    layers, varying = addon("operators.reading.mesh_layers"), addon("operators.reading.varying")
+    arrays_of = addon("operators.reading.mesh_arrays").arrays_of
 
     def at(obj, points, slot=0):
         look = read(obj.data.materials[slot])

@@ -12,7 +12,7 @@ import bpy
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-STARTS_BLENDER = ("operators/cycles_beside.py", "operators/world_render.py", "operators/farm.py")
+STARTS_BLENDER = ("operators/reporting/cycles_beside.py", "operators/reading/world_render.py", "operators/farm.py")
 FOLDERS = ("operators", "pdm_core", "ui")
 ALLOWED_TAGS = set(
     "3D View,Add Curve,Add Mesh,Animation,Bake,Camera,Compositing,Development,Game Engine,Geometry Nodes,Grease Pencil,"
@@ -40,7 +40,7 @@ def test_contents_are_the_sources_manifest_and_licence(package):
     expected = {"blender_manifest.toml", "__init__.py", "LICENSE"}
     expected |= {str(path.relative_to(ROOT)) for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")}
     assert {name for name in package.namelist() if not name.endswith("/")} == expected
-    assert {"operators/bake.py", "pdm_core/scene.py", "ui/panels.py"} <= expected
+    assert {"operators/baking/bake.py", "pdm_core/scene.py", "ui/panels.py"} <= expected
 
 
 def test_manifest(manifest):

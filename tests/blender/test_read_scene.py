@@ -12,7 +12,7 @@ from mathutils import Euler, Matrix
 
 @pytest.fixture
 def read(addon):
-    module = addon("operators.read_scene")
+    module = addon("operators.reading.read_scene")
     return lambda objects="ALL": module.read_scene(bpy.context, objects)
 
 

@@ -20,7 +20,7 @@ TARGET = 0.02
 def room(request):
     """(name, its Solution, {object name: (index of the surface its normals face, world vertices, colours)}), baked."""
     rooms.build(request.param, cells=12)
-    module, solutions = importlib.import_module(f"{MODULE}.operators.bake"), []
+    module, solutions = importlib.import_module(f"{MODULE}.operators.baking.bake"), []
     with pytest.MonkeyPatch.context() as patch:
         solve = module._solve
 
@@ -30,7 +30,7 @@ def room(request):
 
         patch.setattr(module, "_solve", listening)
         assert bpy.ops.pdm.bake(target_error=TARGET) == {"FINISHED"}
-    reading = importlib.import_module(f"{MODULE}.operators.read_scene").read_scene(bpy.context)
+    reading = importlib.import_module(f"{MODULE}.operators.reading.read_scene").read_scene(bpy.context)
     baked = {}
     for read in reading.objects:
         obj = bpy.data.objects[read.name]

@@ -158,7 +158,7 @@ def test_the_example_room_bakes_at_once(settings):
 def test_keep_the_best_so_far(addon):
     """Asked to, a solve ends with what it has; what it states is what it reached."""
     scenes.lit_ball()
-    module = addon("operators.bake")
+    module = addon("operators.baking.bake")
     settings, asked = module.BakeSettings(target_error=1e-5), []
 
     def enough():
@@ -179,7 +179,7 @@ def test_keep_the_best_so_far(addon):
 
 def test_the_bar_never_runs_back(addon):
     modal = addon("operators.modal_steps")
-    stage = addon("operators.bake").Stage
+    stage = addon("operators.baking.bake").Stage
     current = modal._Current()
     current.begin(object(), None, 0.01, True)
     seen, clock = [], iter(np.linspace(0, 5, 40))

@@ -25,8 +25,8 @@ def shapes_of(addon):
     """MeshShapes of an object's mesh."""
 
     def find(obj):
-        arrays = addon("operators.mesh_arrays").arrays_of(obj.data)
-        return addon("operators.mesh_shapes").find_shapes(arrays.vertices, arrays.corners, arrays.counts)
+        arrays = addon("operators.reading.mesh_arrays").arrays_of(obj.data)
+        return addon("operators.reading.mesh_shapes").find_shapes(arrays.vertices, arrays.corners, arrays.counts)
 
     return find
 

@@ -14,7 +14,7 @@ from mathutils import Matrix
 def read(addon):
     def reading(**settings):
         bpy.context.view_layer.update()
-        return addon("operators.read_scene").read_scene(bpy.context, **settings)
+        return addon("operators.reading.read_scene").read_scene(bpy.context, **settings)
 
     return reading
 

@@ -71,7 +71,7 @@ def pattern(height=HEIGHT, width=2 * HEIGHT):
 
 @pytest.fixture
 def read(addon):
-    return lambda: addon("operators.read_scene").read_scene(bpy.context)
+    return lambda: addon("operators.reading.read_scene").read_scene(bpy.context)
 
 
 def compare(reading, planes, error=5e-3, samples=1024):
@@ -157,7 +157,7 @@ def test_other_nodes_are_rendered_once(read, planes, addon, monkeypatch):
     ramp.color_ramp.elements[1].color = (2.0, 0.5, 0.1, 1)
     changed = read().scene.sky.values
     assert not np.array_equal(changed, reading.scene.sky.values)
-    monkeypatch.setattr(addon("operators.world_render"), "_command", lambda words: ["false"])
+    monkeypatch.setattr(addon("operators.reading.world_render"), "_command", lambda words: ["false"])
     assert np.array_equal(read().scene.sky.values, changed)  # remembered
 
 
@@ -196,7 +196,7 @@ def test_worlds_that_give_nothing_say_so(read, planes):
 def test_a_renderer_that_fails_is_said(read, planes, addon, monkeypatch):
     made = World()
     made.links.new(made.add("TexNoise").outputs["Color"], made.background.inputs["Color"])
-    monkeypatch.setattr(addon("operators.world_render"), "_command", lambda words: ["false"])
+    monkeypatch.setattr(addon("operators.reading.world_render"), "_command", lambda words: ["false"])
     reading = read()
     assert (reading.scene.background == 0).all()
     assert any("Noise Texture node could not be rendered" in text for text in reading.warnings)

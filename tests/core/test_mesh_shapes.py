@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 # operators/__init__.py imports bpy; an empty package over the same folder lets its numpy-only modules be imported
 _package = types.ModuleType("operators_without_bpy")
-_package.__path__ = [str(Path(__file__).resolve().parents[2] / "operators")]
+_package.__path__ = [str(Path(__file__).resolve().parents[2] / "operators" / "reading")]
 sys.modules[_package.__name__] = _package
 mesh_shapes = importlib.import_module("operators_without_bpy.mesh_shapes")
 find_shapes, NotRecognised = mesh_shapes.find_shapes, mesh_shapes.NotRecognised

@@ -13,7 +13,7 @@ for _name, _path in (("without_bpy", "."), ("without_bpy.operators", "operators"
     _package = types.ModuleType(_name)
     _package.__path__ = [str(Path(__file__).resolve().parents[2] / _path)]
     sys.modules.setdefault(_name, _package)
-NearestFace = importlib.import_module("without_bpy.operators.nearest_face").NearestFace
+NearestFace = importlib.import_module("without_bpy.operators.reading.nearest_face").NearestFace
 
 
 def sheet(cells, rng, scale=1.0):

@@ -13,7 +13,7 @@ for _name, _path in (("without_bpy", "."), ("without_bpy.operators", "operators"
     _package = types.ModuleType(_name)
     _package.__path__ = [str(Path(__file__).resolve().parents[2] / _path)]
     sys.modules.setdefault(_name, _package)
-module = importlib.import_module("without_bpy.operators.picture")
+module = importlib.import_module("without_bpy.operators.reading.picture")
 Picture, Tiles, Use = module.Picture, module.Tiles, module.Use
 linear_of_srgb, srgb_of_linear = module.linear_of_srgb, module.srgb_of_linear
 

@@ -13,7 +13,7 @@ for _name, _path in (("without_bpy", "."), ("without_bpy.operators", "operators"
     _package = types.ModuleType(_name)
     _package.__path__ = [str(Path(__file__).resolve().parents[2] / _path)]
     sys.modules.setdefault(_name, _package)
-from_ = lambda name: importlib.import_module(f"without_bpy.operators.{name}")  # noqa: E731
+from_ = lambda name: importlib.import_module(f"without_bpy.operators.reading.{name}")  # noqa: E731
 MeshLayers, Arrays = from_("mesh_layers").MeshLayers, from_("mesh_arrays").Arrays
 at_places, constant, derive, evaluate = (getattr(from_("node_values"), n) for n in (
     "at_places", "constant", "derive", "evaluate"))  # fmt: skip

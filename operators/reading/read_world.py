@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
-from ..pdm_core.signs_of_life import in_thread
-from ..pdm_core.sky import SkyMap, bilinear, directions_of, places_on_map, reduced, without_suns
+from ...pdm_core.signs_of_life import in_thread
+from ...pdm_core.sky import SkyMap, bilinear, directions_of, places_on_map, reduced, without_suns
 from .image_pixels import ImageError, read_pixels
 from .world_nodes import NotPlain, terms_of
 from .world_render import RenderError, rendered_world

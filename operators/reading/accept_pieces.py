@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pdm_core.scene import LOST, tolerance_of
+from ...pdm_core.scene import LOST, tolerance_of
 from .read_surfaces import twins
 
 THIN = 1.01 * LOST  # tolerances

@@ -9,21 +9,21 @@ from dataclasses import asdict, dataclass
 import bpy
 import numpy as np
 
-from ..pdm_core import SceneError, solve_steps
-from ..pdm_core.choice import choose
-from ..pdm_core.compare import difference, points_over
-from ..pdm_core.foretell import seconds_to
-from ..pdm_core.left_out import left_out, seconds_steps
-from ..pdm_core.patch_radiosity import MOST_PATCHES, beyond, patch_radiosity_steps
-from ..pdm_core.read_off import materials_at, runs_of
-from ..pdm_core.signs_of_life import mapped
-from .bake import Stage, baked_before, check_light, find_targets
-from .bake_points import bake_points, corners_of, joined
-from .colour_attribute import BakeError
+from ...pdm_core import SceneError, solve_steps
+from ...pdm_core.choice import choose
+from ...pdm_core.compare import difference, points_over
+from ...pdm_core.foretell import seconds_to
+from ...pdm_core.left_out import left_out, seconds_steps
+from ...pdm_core.patch_radiosity import MOST_PATCHES, beyond, patch_radiosity_steps
+from ...pdm_core.read_off import materials_at, runs_of
+from ...pdm_core.signs_of_life import mapped
+from ..baking.bake import Stage, baked_before, check_light, find_targets
+from ..baking.bake_points import bake_points, corners_of, joined
+from ..baking.colour_attribute import BakeError
+from ..baking.report import plain, version
+from ..reading.read_scene import read_steps
 from .convergence_page import CYCLES, EXACT, PUBLISHED
 from .cycles_beside import cycles_steps
-from .read_scene import read_steps
-from .report import plain, version
 
 LADDER = (0.16, 0.08, 0.04, 0.02, 0.01, 0.005, 0.0025, 0.00125)
 PATCHES = ((1, 3), (2, 3), (3, 5), (6, 5), (12, 5))  # divisions and points of the published method

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..pdm_core import AreaLight, PointLight, SceneError, SpotLight, SunLight
+from ...pdm_core import AreaLight, PointLight, SceneError, SpotLight, SunLight
 from .materials import node_emission
 
 LEAST_SPREAD = 1e-3  # radians; Blender's 0 are parallel beams

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..pdm_core.nearest import NearestTriangle
+from ...pdm_core.nearest import NearestTriangle
 
 CHUNK = 16384  # points at a time
 FEW = 12  # triangles that are all tried

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import bpy
 import numpy as np
 
-from ..pdm_core.scene import MAX_REFLECTANCE
+from ...pdm_core.scene import MAX_REFLECTANCE
 from . import node_colour, node_images, node_math, node_patterns, node_places, shaders
 from .node_values import Value, constant, evaluate
 from .node_walk import Circle, Socket, Walk

@@ -2,8 +2,8 @@
 
 import bpy
 
+from ..reading.render_visible import evaluated
 from .colour_attribute import BakeError
-from .render_visible import evaluated
 
 
 class OwnMeshes:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..pdm_core import Mesh, Plane, Sphere
+from ...pdm_core import Mesh, Plane, Sphere
 
 TOUCH = 1e-6  # of the size: shapes that overlap less only touch
 AT_ONCE = 1 << 20  # pairs of bounding boxes compared at once

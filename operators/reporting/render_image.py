@@ -7,8 +7,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from .colour_attribute import BakeError
-from .render_visible import evaluated, render_visible
+from ..baking.colour_attribute import BakeError
+from ..reading.render_visible import evaluated, render_visible
 
 SAMPLES = 8  # they only smooth the outlines: the light is in the colours
 GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "META"}

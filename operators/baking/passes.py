@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..pdm_core.openness import openness_steps
-from ..pdm_core.read_off import materials_at
+from ...pdm_core.openness import openness_steps
+from ...pdm_core.read_off import materials_at
 from .bake_points import joined
 from .colour_attribute import Colours
 

@@ -9,10 +9,10 @@ from contextlib import contextmanager
 import bmesh
 import numpy as np
 
-from .mesh_arrays import arrays_of
-from .mesh_shapes import find_shapes
-from .mesh_spheres import SphereShape, find_sphere
-from .mesh_topology import MeshArrays, NotRecognised
+from ..reading.mesh_arrays import arrays_of
+from ..reading.mesh_shapes import find_shapes
+from ..reading.mesh_spheres import SphereShape, find_sphere
+from ..reading.mesh_topology import MeshArrays, NotRecognised
 
 NORMAL = "pdm normal"  # attribute that carries custom normals over
 RING = "pdm ring"  # vertex layer: the ring of a sphere's vertex, counted from the north pole, between rings a fraction

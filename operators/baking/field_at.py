@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pdm_core import Solution
+from ...pdm_core import Solution
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pdm_core import Mesh, Plane, Polygon, Sphere, Surface
-from ..pdm_core.coincident import one_and_the_same
+from ...pdm_core import Mesh, Plane, Polygon, Sphere, Surface
+from ...pdm_core.coincident import one_and_the_same
 from .materials import BACK, FRONT, Appearance
 from .mesh_outlines import PolygonShape
 from .mesh_shapes import MeshShape

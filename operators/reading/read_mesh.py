@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from ..pdm_core import Polygon
+from ...pdm_core import Polygon
 from .mesh_arrays import Arrays
 from .mesh_match import Baked, baked_of
 from .mesh_outlines import PolygonShape

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..reporting.convergence_page import ramp
 from .bake_points import joined
 from .colour_attribute import Colours
-from .convergence_page import ramp
 from .passes import SUFFIX as SUFFIXES
 from .passes import names_of
 

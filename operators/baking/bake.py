@@ -7,19 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pdm_core import SceneError, solve_steps
-from ..pdm_core.plan import lit
-from ..pdm_core.signs_of_life import finish, in_thread, mapped
+from ...pdm_core import SceneError, solve_steps
+from ...pdm_core.plan import lit
+from ...pdm_core.signs_of_life import finish, in_thread, mapped
+from ..live import hold
+from ..reading.read_scene import read_steps, some
+from ..reading.render_visible import render_visible
 from .bake_points import bake_points, corners_of, joined
 from .between_vertices import between_steps, looks_between
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .error_map import error_name, heat_map_steps, names_written
 from .field_at import Field
-from .live import hold
 from .own_meshes import OwnMeshes
 from .passes import OF_LIGHT, in_order, pass_steps
-from .read_scene import read_steps, some
-from .render_visible import render_visible
 from .report import bake_report, scan_result
 
 Stage = namedtuple("Stage", "text fraction error")  # error: the current estimated relative error

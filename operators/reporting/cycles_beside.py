@@ -10,9 +10,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..pdm_core.read_off import materials_at
-from .bake_points import bake_points, corners_of
-from .colour_attribute import BakeError
+from ...pdm_core.read_off import materials_at
+from ..baking.bake_points import bake_points, corners_of
+from ..baking.colour_attribute import BakeError
 
 SAMPLES = (1, 4, 16, 64, 256, 1024)
 WAIT = 0.05  # s between two looks

@@ -10,7 +10,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..pdm_core import SunLight
+from ...pdm_core import SunLight
 from .node_state import state_of
 
 WAIT = 0.05  # s between two looks

@@ -8,12 +8,12 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..pdm_core.foretell import seconds_to
-from .read_scene import some
+from ...pdm_core.foretell import seconds_to
+from ..reading.read_scene import some
 
 MOST_NAMED = 4  # objects in one warning
 FORETOLD = (0.01, 0.005, 0.0025)  # targets
-MANIFEST = Path(__file__).parents[1] / "blender_manifest.toml"
+MANIFEST = Path(__file__).parents[2] / "blender_manifest.toml"
 
 
 def bake_report(context, settings, reading, solution, between, items, points, seconds):

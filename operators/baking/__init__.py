@@ -1,0 +1,1 @@
+"""From what was read to the colours of the meshes, and the report of it."""

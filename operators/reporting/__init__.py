@@ -1,0 +1,1 @@
+"""What is made of a bake besides its colours: pictures, and error against time."""
