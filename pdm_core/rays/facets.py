@@ -15,6 +15,7 @@ from ..scene import Plane, Sphere
 
 KEPT = 16.0  # tolerances that points keep from the borders of their shapes
 PARTED = 24.0  # tolerances between layers of shapes in one plane: more than MET, and what their own rounding takes
+FEW = 8  # corners of shapes that may be a room's walls
 TILTED = 1e-4  # sine up to which planes of layers may differ
 
 
@@ -94,7 +95,7 @@ def _layers(facets, sides):
     """(n shapes,) m: how far each is moved along its normal, so that of shapes that lie in one plane and look the same
     way the smaller is on top, and those of equal size that look opposite ways lie back to back. Where either has two
     sides the smaller is on the larger's front. A smaller one that faces a larger one stays: in contact, the two are
-    dark to each other."""
+    dark to each other; but walls of two rooms are behind each other."""
     shapes = facets.scene.shapes
     out = np.zeros(len(shapes))
     flat = np.array([k for k, s in enumerate(shapes) if isinstance(s, Plane | Polygon)], int)
@@ -108,6 +109,7 @@ def _layers(facets, sides):
     i, j = near(low, high, facets.tolerance)
     swap = area[i] < area[j]
     i, j = np.where(swap, j, i), np.where(swap, i, j)
+    inward = _look_into_rooms([shapes[k] for k in flat], lit, i, j, 4 * facets.tolerance)
     one_plane = np.linalg.norm(np.cross(normal[i], normal[j]), axis=1) < TILTED
     i, j = i[one_plane], j[one_plane]
     if not len(i):
@@ -123,11 +125,33 @@ def _layers(facets, sides):
     over = same | ((two_sided[i] | two_sided[j]) & ~equal)
     level = np.zeros(len(flat))
     np.add.at(level, j[over], np.sign(np.einsum("ni,ni->n", lit[i[over]], normal[j[over]])))
+    walls = ~over & ~same & ~equal & inward[i] & inward[j]
+    np.add.at(level, j[walls], -np.sign(np.einsum("ni,ni->n", lit[i[walls]], normal[j[walls]])))
     back = ~same & equal
     for k in (i[back], j[back]):
         level[k] = np.where(level[k] == 0, np.einsum("ni,ni->n", lit[k], normal[k]), level[k])
     out[flat] = PARTED * facets.tolerance * level
     return out
+
+
+def _look_into_rooms(shapes, lit, i, j, tolerance):
+    """(n,) Whether flat shapes, pairs i, j (k,) near each other, look towards those that share an edge with them,
+    as a room's walls do and a solid's do not; those of few corners."""
+    corners, towards = np.full((len(shapes), FEW, 3), np.nan), np.zeros(len(shapes))
+    for k, shape in enumerate(shapes):
+        points = shape.corners if isinstance(shape, Plane) else shape.outline
+        if len(points) <= FEW:
+            corners[k, : len(points)] = points
+    shared = np.zeros(len(i), int)
+    for corner in range(FEW):
+        off = np.abs(corners[i, corner][:, None] - corners[j])
+        shared += (off <= tolerance).all(axis=2).any(axis=1)
+    i, j = i[shared == 2], j[shared == 2]
+    known = np.isfinite(corners)
+    middle = np.where(known, corners, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    for one, other in ((i, j), (j, i)):
+        np.add.at(towards, one, np.sign(np.einsum("ni,ni->n", middle[other] - middle[one], lit[one])))
+    return towards > 0
 
 
 def _box(shape):

@@ -223,6 +223,15 @@ def test_what_lies_on_a_table_hides_its_top_alone(kind, angle):
         assert received(solution, 3, (UNDER * 0.9) @ turn.T).max() < 1e-9
 
 
+def test_walls_that_two_rooms_share_are_lit_on_both_sides():
+    near, far = box((0, 0, 0), (3, 3, 3), 0.5, inward=True), box((3, 0.5, 0.5), (5, 2.5, 2.5), 0.5, inward=True)
+    lamps = [Surface(Sphere.at((x, 1.5, 1.5), 0.2), 0.0, 5.0) for x in (1.5, 4)]
+    solution = by_rays(Scene([*near, *far, *lamps], rounding=BLENDER))
+    light = [received(solution, k, places(s.shape)).mean() for k, s in enumerate(near + far)]
+    assert light[0] == pytest.approx(light[1], rel=0.02)
+    assert light[6] == pytest.approx(light[7], rel=0.02)
+
+
 def test_within_a_shining_ball_is_no_light():
     surfaces = [*both(FLOOR), Surface(Sphere.at((0, 0, 0.3), 1), 0.0, 1.0)]
     solution = by_rays(Scene(surfaces, rounding=BLENDER))
