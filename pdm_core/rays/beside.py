@@ -5,6 +5,7 @@ import numpy as np
 from ..mesh import Mesh
 from ..scene import Plane, Sphere
 from .facets import KEPT
+from .placed import LIFTED
 
 ON = 4.0  # tolerances within which a point lies on another shape
 ALIKE = 1e-3  # sine up to which two shapes lie in one plane
@@ -16,7 +17,7 @@ class Beside:
 
     def __init__(self, facets):
         scene = facets.scene
-        self.scene, self.tolerance = scene, facets.tolerance
+        self.scene, self.tolerance, self.centre = scene, facets.tolerance, facets.centre
         flat = np.array([k for k, s in enumerate(scene.shapes) if not isinstance(s, Sphere | Mesh)], int)
         self.shapes = [scene.shapes[k] for k in flat]
         corners = [s.corners if isinstance(s, Plane) else s.outline for s in self.shapes]
@@ -42,6 +43,32 @@ class Beside:
             some = np.flatnonzero(own == k)
             out[some] += KEPT * self.tolerance * self._away(k, np.flatnonzero(near), out[some])
         return out
+
+    def lifted(self, receivers, surface):
+        """Receivers on meshes, of surfaces (n,), in place: none is lifted through a flat shape that its mesh stands on.
+
+        A cup's foot would see what is under the table.
+        """
+        number = self.scene.shape_of[surface]
+        for k in np.unique(number[self.place[number] < 0]):
+            shape = self.scene.shapes[k]
+            if not isinstance(shape, Mesh):
+                continue
+            reach = LIFTED * np.sqrt(shape.areas.max()) + KEPT * self.tolerance
+            some = np.flatnonzero(number == k)
+            points = receivers.exact[some]
+            centre, low, high = shape.bounds[0], points.min(axis=0) - reach, points.max(axis=0) + reach
+            for j in np.flatnonzero(((self.low <= high) & (self.high >= low)).all(axis=1)):
+                side = np.sign((centre - self.origin[j]) @ self.normal[j]) * self.normal[j]
+                height = (points - self.origin[j]) @ side
+                on = (np.abs(height) <= reach) & (height < KEPT * self.tolerance)
+                on &= ((points >= self.low[j] - reach) & (points <= self.high[j] + reach)).all(axis=1)
+                on = np.flatnonzero(on)
+                off = np.linalg.norm(points[on] - self.shapes[j].project(points[on]), axis=1)
+                on = on[off <= reach]
+                points[on] += (KEPT * self.tolerance - height[on])[:, None] * side
+            receivers.exact[some] = points
+            receivers.points[some] = points - self.centre
 
     def _away(self, own, others, points):
         """(n, 3) The sum of the unit directions, in the plane of the shape `own`, that lead away from others there."""

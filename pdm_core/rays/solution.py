@@ -47,6 +47,7 @@ class RaySolution(ReadOff):
             part = slice(start, start + READ_AT_ONCE)
             own = [None if a is None else a[part] for a in (normals, inward)]
             receivers = Placed(self._state.facets, surface[part], beside.moved(surface[part], points[part]), *own)
+            beside.lifted(receivers, surface[part])
             steps, done, size = self._state.incident(receivers, roughly), 0, len(receivers)
             while True:
                 try:

@@ -78,3 +78,23 @@ def test_what_modifiers_leave_without_colours_is_said(addon):
     report = bpy.context.scene.pdm_radiosity.report()
     assert not [text for text in report["warnings"] if "Apply Modifiers" in text]
     assert scenes.colours(floor).any() and all(entry["baked"] for entry in report["objects"])
+
+
+def test_a_cup_is_dark_where_it_stands():
+    """Its foot, smooth and pressed on the table, does not see the sky under it."""
+    thing("Table", [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2, 3)])
+    cup = scenes.add(
+        "Cup",
+        lambda b: scenes.bmesh.ops.create_cone(
+            b, cap_ends=True, cap_tris=True, segments=24, radius1=0.2, radius2=0.3, depth=0.6
+        ),
+    )
+    cup.location = (0, 0, 0.3)
+    cup.data.polygons.foreach_set("use_smooth", [True] * len(cup.data.polygons))
+    sky()
+    bpy.ops.pdm.bake(target_error=0.04)
+    foot = [k for k, v in enumerate(cup.data.vertices) if v.co.z < -0.29 and v.co.xy.length < 0.1]
+    colours = scenes.colours(cup)[:, 0]
+    if len(colours) != len(cup.data.vertices):
+        foot = [k for k, loop in enumerate(cup.data.loops) if loop.vertex_index in foot]
+    assert len(foot) and colours[foot].max() < 0.2 < colours.max()
