@@ -15,7 +15,7 @@ from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
 from .nodes import FINEST, LIT, Nodes
 from .placed import Placed
-from .rows import MISS, Gathered, Traced, directions
+from .rows import MISS, Gathered, Traced, directions, sky_missed
 from .sources import relit, sources_of
 
 RAYS, MOST_RAYS = 64, 4096  # directions of a node, of a point where colours are read: at first, at most
@@ -174,6 +174,8 @@ class RayState:
         yield from self.look()
         weight, rho, off = self.looked
         unsure = HALF * Gathered(self.looked_rays, nodes, scene).unsure(self.sent)
+        if scene.sky is not None:
+            unsure = np.hypot(unsure, sky_missed(scene, self.places.normals, self.looked_rays))
         there = self.places.surface
         rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
         shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)

@@ -7,6 +7,7 @@ from .bundles import CONTACT, along
 
 HALVES = 2  # of the directions, alternately
 MISS, DARK = -1, -2  # instead of a facet's code
+FINE_SKY, AT_ONCE = 1 << 15, 32  # directions that find small bright parts of a sky; points at once
 
 
 def directions(count):
@@ -108,6 +109,21 @@ def from_sky(missed, cosine, directions, scene):
         return missed.sum(axis=1)[:, None] * scene.background
     along, against = scene.sky_at(directions), scene.sky_at(-directions)
     return np.where(cosine >= 0, missed, 0.0) @ along + np.where(cosine < 0, missed, 0.0) @ against
+
+
+def sky_missed(scene, normals, traced):
+    """(n, 3) how far the light of a sky that varies is off where the traced rays meet nothing, as their directions may
+    all miss a small bright part of it: by many more of them, on their own."""
+    fine = lattice(FINE_SKY)
+    bright, out = scene.sky_at(fine), np.empty((len(normals), 3))
+    for start in range(0, len(normals), AT_ONCE):
+        part = slice(start, start + AT_ONCE)
+        cosine = np.maximum(normals[part] @ fine.T, 0.0)
+        out[part] = cosine @ bright / cosine.sum(axis=1, keepdims=True)
+    cosine = np.abs(traced.cosine)
+    share = cosine / cosine.sum(axis=1, keepdims=True)
+    missed = np.where(traced.code == MISS, share, 0.0).sum(axis=1)
+    return missed[:, None] * np.abs(out - from_sky(share, traced.cosine, traced.directions, scene))
 
 
 class _Sparse:

@@ -378,3 +378,15 @@ def test_the_same_light_wherever_and_however_large():
         light = np.stack([received(solution, k, s.shape.project(s.shape.spread(64))) for k, s in enumerate(surfaces)])
         first = light if first is None else first
         assert np.linalg.norm((light - first)[:6]) <= 2 * solution.error * np.linalg.norm(first[:6])
+
+
+def test_a_small_bright_part_of_a_sky_that_all_rays_miss_is_in_the_error():
+    def sky(directions):
+        bright = directions[:, 2] > np.cos(0.03)
+        return np.where(bright, 1000.0, 0.1)[:, None] * np.ones(3)
+
+    floor = Polygon([(0, 0, 0), (4, 0, 0), (4, 4, 0), (2, 4, 0), (2, 2, 0), (0, 2, 0)])
+    solution = solve(Scene([Surface(floor, 0.5, name="L")], sky), 0.05)
+    known = 0.1 + 1000 * np.sin(0.03) ** 2
+    found = solution.incident(0, np.array([[1.0, 1.0, 0.0]]))[0, 0]
+    assert abs(found / known - 1) <= 2 * solution.error and (solution.error < 0.05 or solution.warnings)
