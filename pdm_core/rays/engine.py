@@ -234,6 +234,12 @@ class RayState:
         relative = np.divide(own, self.surface_norms, out=np.zeros(count), where=known)
         self.surface_errors = SAFETY * np.where(known, np.hypot(relative, rest), 0.0)
 
+    @property
+    def idle(self):
+        """Names of what shines but comes to no place of any node: all of it is hidden, or what it lights is smaller."""
+        seen = (self.factor > 0).any(axis=(0, 2))
+        return [s.name for s, some in zip(self.sources, seen) if not some and s.colour.any() and len(self.factor)]
+
     def nothing(self):
         """Where no light is."""
         self.error, self.parts, self.surface_errors = 0.0, {}, np.zeros(len(self.scene))

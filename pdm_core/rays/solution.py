@@ -19,6 +19,7 @@ from .where import nodes_near
 
 ROUNDS = 12  # refinements at most
 LEAST_GAIN, POOR = 0.05, 2  # of the error in a round; rounds in a row that gain less: more would not help
+NAMED = 3  # lights in a warning
 GRACE = 0.1, 0.15  # of the time limit, and s, for a first solution: then it is said that there is none
 READ_AT_ONCE = 1 << 16  # points: their rays go together
 
@@ -144,6 +145,12 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
             )
     solution = approach.best
     solution.seconds, solution.history = state.elapsed(), list(state.history)
+    if idle := state.idle:
+        named = ", ".join(map(repr, idle[:NAMED])) + (f" and {len(idle) - NAMED} more" if len(idle) > NAMED else "")
+        solution.warnings.append(
+            f"{named} light no surface that reflects, or only places smaller than its cells, which are not sent on; "
+            "check where they look and what hides them"
+        )
     if solution.error > target_error:
         solution.warnings.append(
             f"The estimated error is {100 * solution.error:.2g} %, above the target of {100 * target_error:.2g} %; "
