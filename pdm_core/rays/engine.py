@@ -11,6 +11,7 @@ import numpy as np
 
 from ..numerics import gmres
 from ..plan import RAY_MEMORY
+from ..signs_of_life import finish, in_thread
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
 from .nodes import FINEST, LIT, Nodes
@@ -84,7 +85,7 @@ class RayState:
         spread[old >= 0] = self.spread[old[old >= 0]]
         spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
         self.spread = spread
-        self.link()
+        yield from in_thread(self.link)
 
     def scale(self):
         """Irradiance / pi that tolerances refer to: before any is known, the sources' own over the scene."""
@@ -112,9 +113,8 @@ class RayState:
         outer = self.direct + self.rows.sky
         right = self.rows.times(rho * outer + self.shining)
         guess = right.copy()
-        indirect, steps, left = yield from gmres(
-            lambda v: self.rows.times(rho * v), right, guess, SOLVED * self.target, STEPS
-        )
+        solving = gmres(lambda v: self.rows.times(rho * v), right, guess, SOLVED * self.target, STEPS)
+        indirect, steps, left = yield from in_thread(finish, solving)
         self.counts["iterations"] += steps
         self.received = outer + indirect
         self.sent = rho * self.received + self.shining
@@ -173,7 +173,8 @@ class RayState:
         nodes, scene = self.nodes, self.scene
         yield from self.look()
         weight, rho, off = self.looked
-        unsure = HALF * Gathered(self.looked_rays, nodes, scene).unsure(self.sent)
+        rows = yield from in_thread(Gathered, self.looked_rays, nodes, scene)
+        unsure = HALF * rows.unsure(self.sent)
         if scene.sky is not None:
             unsure = np.hypot(unsure, sky_missed(scene, self.places.normals, self.looked_rays))
         there = self.places.surface
@@ -286,7 +287,7 @@ class RayState:
         every = np.arange(len(self.nodes))
         yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(every, j), every)
         self.counts["rays"] += len(self.nodes) * count
-        self.link()
+        yield from in_thread(self.link)
         return True
 
     def refine(self, excess):
@@ -301,7 +302,7 @@ class RayState:
         along &= ~full
         if not along.any():
             return False
-        nodes, old = self.nodes.refined(along)
+        nodes, old = yield from in_thread(self.nodes.refined, along)
         if Traced.bytes_for(len(nodes), len(self.traced.directions)) > RAY_MEMORY or len(nodes) == len(self.nodes):
             return False
         self.nodes = nodes

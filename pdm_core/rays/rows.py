@@ -29,7 +29,7 @@ class Traced:
     @staticmethod
     def bytes_for(count, directions):
         """Memory of so many rays, and of the rows made of them."""
-        return count * directions * (16 + 40)
+        return count * directions * (16 + 80)
 
     def trace(self, facets, receivers, which):
         """Rays, the rows `which` (n,) of this, of receivers(j) along the j-th direction; yields a bundle at a time."""
