@@ -101,6 +101,8 @@ def bench():
         [python, "truth.py", "truth.json"],
         [python, "placements.py", "placements.json"],
         [python, "each_object.py", "each_object.json"],
+        [python, "many_shapes.py", "many_shapes.json"],
+        [python, "links_or_rays.py", "links_or_rays.json"],
         [python, "paper.py", "paper.json", "../paper.md"],
         [python, "foretold.py", "foretold.json"],
         [python, "tables.py"],
