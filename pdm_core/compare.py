@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .read_off import runs_of
+from .read_off import spread_points
 
 POINTS = 2000  # over all surfaces
 SEED = 11
-LEAST, AMONG = 64, 4  # points spread over a surface, and for each one taken, among which chance chooses
 
 
 @dataclass(frozen=True)
@@ -35,8 +34,4 @@ def points_over(scene, count=POINTS):
     """Random points spread evenly over the area: surface (k,), points (k, 3) m."""
     edges = np.cumsum(scene.areas) / scene.areas.sum()
     surface = np.minimum(np.searchsorted(edges, (np.arange(count) + 0.5) / count), len(scene) - 1)
-    points, rng = np.empty((count, 3)), np.random.default_rng(SEED)
-    for k, mine in runs_of(surface):
-        spread = scene.surfaces[k].shape.spread(max(LEAST, AMONG * len(mine)))
-        points[mine] = spread[rng.choice(len(spread), len(mine), replace=False)]
-    return surface, points
+    return surface, spread_points(scene, surface, np.random.default_rng(SEED))

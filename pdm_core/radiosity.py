@@ -10,9 +10,10 @@ from collections import Counter, namedtuple
 
 import numpy as np
 
-from .checked import SceneError, number, vectors
+from .checked import SceneError, number
 from .choice import choose
 from .contacts import contacts_of, settle, settled_again
+from .deadline import above_target, is_over
 from .each_surface import OWN, Light, own_errors, worst_of_parts
 from .error_estimates import Look, Residual, bends, leaf_errors, sample_points, source_defect
 from .error_flow import Flow, areas_of_nodes, norms
@@ -22,8 +23,8 @@ from .kept_links import KeptLinks
 from .numerics import Rows, gmres
 from .plan import MEMORY, plan, proportional_channels, reached_by_light
 from .rays.solution import ray_steps
-from .read_off import ReadOff, runs_of
-from .scene import Scene, unit
+from .read_off import ReadOff, check_same_shapes, oriented, runs_of
+from .scene import Scene
 from .signs_of_life import finish, in_thread, mapped
 from .visibility import Factors, Shafts
 
@@ -68,7 +69,6 @@ CANCEL = 0.5  # of an error of either sign this part is left in the mean, which 
 DENSER = 1.2  # what the next rows may take, of what the last ones took
 FEWEST_NODES, USUAL_NODES = 15, 25  # that a surface starts with
 SMALLER = "leave small objects out of the scene (hide them from renders) or join flat ones into larger planes"
-GRACE = 0.1, 0.15  # of the time limit, and s, for a first solution: then it is said that there is none
 FULL = "the field is as fine as the memory allows"
 FACTORS = 1 << 10  # of lights, and of the background as many as there are shapes, between two signs of life
 EVALUATE = 1 << 13  # points evaluated at once, at most
@@ -89,11 +89,6 @@ class Solution(ReadOff):
         self.norm = state.norm  # ||L - Le||, radiance times metres
         self.nodes = len(state.sent.keys)
         self.seconds, self.history, self.warnings = state.elapsed(), list(state.history), []
-
-    def error_over(self, surfaces):
-        """Estimated relative L2 error of L - Le over these surfaces (indices) alone."""
-        norm = self.surface_norms[surfaces]
-        return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
 
     def incident_steps(self, surface, points, normals=None, inward=None, roughly=False):
         """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
@@ -121,12 +116,7 @@ class Solution(ReadOff):
 
     def irradiance(self, points, normals):
         """points (n, 3) m, normals (n, 3) of any length but 0, anywhere in space -> irradiance / pi (n, 3)"""
-        points, normals = vectors(points, "points"), vectors(normals, "normals")
-        if len(points) != len(normals):
-            raise SceneError(f"irradiance: {len(points)} points but {len(normals)} normals; give one each")
-        normals = unit(normals / np.maximum(np.abs(normals).max(axis=1, keepdims=True), 1e-300))
-        if not normals.any(axis=1).all():
-            raise SceneError("irradiance: a normal is zero; give it a direction")
+        points, normals = oriented(points, normals)
         points, free = points - self._state.origin, np.full(len(points), -1)
         indirect = self._state.gathered(points, normals, free, self._state.link_tolerance)
         return indirect + self._state.direct(points, normals, free)
@@ -724,13 +714,8 @@ class _Best:
     def check_time(self, state):
         if self.solution is not None and self.enough():
             raise _OutOfTime
-        over = self.limit is not None and state.elapsed() - self.limit
-        if over and over > 0 and self.solution is not None:
+        if is_over(self.limit, state.elapsed(), self.solution is not None):
             raise _OutOfTime
-        if over and over > GRACE[0] * self.limit + GRACE[1]:
-            raise SceneError(
-                f"time_limit: nothing was reached within {self.limit:.3g} s; raise the time limit or the target error"
-            )
 
 
 def _approach(state, best, target_error):
@@ -826,10 +811,8 @@ def _finish(solution, state, target_error):
     if solution.error > target_error:
         memory = state.cramped or state.full
         solution.warnings += [FULL] if memory else []
-        solution.warnings.append(
-            f"The estimated error is {100 * solution.error:.2g} %, above the target of {100 * target_error:.2g} %; "
-            f"raise the {'' if memory else 'time limit or the '}target error"
-        )
+        advice = f"raise the {'' if memory else 'time limit or the '}target error"
+        solution.warnings.append(above_target(solution.error, target_error, advice))
     elif len(dark := np.flatnonzero(solution._state.too_large(target_error))):
         surfaces, own = solution.scene.surfaces, solution.surface_errors
         named = ", ".join(f"{surfaces[k].name!r} {100 * own[k]:.2g} %" for k in dark[:NAMED])
@@ -871,13 +854,7 @@ def _relit(old, scene):
 
 def _under_other_light(old, scene):
     """State of old's shapes under other light, to be solved."""
-    if not isinstance(scene, Scene):
-        raise SceneError(f"relight needs a Scene, not {scene!r}")
-    same = len(scene) == len(old.given) and all(
-        a.shape is b.shape and a.side == b.side for a, b in zip(scene.surfaces, old.given.surfaces)
-    )
-    if not same:
-        raise SceneError("relight needs the same shapes and sides in the same order; solve the new scene instead")
+    check_same_shapes(old.given, scene)
     given, scene = scene, settled_again(old.scene, scene)
     lit = reached_by_light(scene, old.factors.shafts) & ~old.reached
     if lit.any():

@@ -2,12 +2,16 @@
 
 import numpy as np
 
-from .checked import index, vectors
+from .checked import SceneError, index, vectors
+from .scene import Scene, unit
 from .signs_of_life import finish
+
+LEAST, AMONG = 64, 4  # points spread over a surface, and for each one taken, among which chance chooses
 
 
 class ReadOff:
-    """Of a solution with `scene`, `incident_steps`, `estimated_error_steps` and `kept_steps`."""
+    """Of a solution with `scene`, `surface_errors`, `surface_norms`, `incident_steps`, `estimated_error_steps` and
+    `kept_steps`."""
 
     def incident(self, surface_index, points, normals=None, inward=None):
         """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side.
@@ -36,9 +40,48 @@ class ReadOff:
         """Kept of points (n, 3) m of surfaces (n,): their light under any other, as long as no shape changes."""
         return finish(self.kept_steps(surface, vectors(points, "points"), normals, inward))
 
+    def error_over(self, surfaces):
+        """Estimated relative L2 error of L - Le over these surfaces (indices) alone."""
+        norm = self.surface_norms[surfaces]
+        return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
+
     def _of_one(self, surface_index, points):
         points = vectors(points, "points")
         return np.full(len(points), index(surface_index, len(self.scene), "surface_index")), points
+
+
+def oriented(points, normals):
+    """Places in space as users hand them over: points (n, 3) m, normals (n, 3) of any length but 0 -> the same, the
+    normals of length 1"""
+    points, normals = vectors(points, "points"), vectors(normals, "normals")
+    if len(points) != len(normals):
+        raise SceneError(f"irradiance: {len(points)} points but {len(normals)} normals; give one each")
+    normals = unit(normals / np.maximum(np.abs(normals).max(axis=1, keepdims=True), 1e-300))
+    if not normals.any(axis=1).all():
+        raise SceneError("irradiance: a normal is zero; give it a direction")
+    return points, normals
+
+
+def check_same_shapes(old, scene):
+    """Raises SceneError where a Scene has not the shapes, sides and as many lights as an old one, in the same order."""
+    if not isinstance(scene, Scene):
+        raise SceneError(f"relight needs a Scene, not {scene!r}")
+    alike = len(scene) == len(old) and all(
+        a.shape is b.shape and a.side == b.side for a, b in zip(scene.surfaces, old.surfaces)
+    )
+    if not alike or len(scene.lights) != len(old.lights):
+        raise SceneError(
+            "relight needs the same shapes, sides and lights in the same order; solve the new scene instead"
+        )
+
+
+def spread_points(scene, surface, rng):
+    """Random points (n, 3) m, one on each of surfaces (n,), of those that their shapes spread evenly."""
+    points = np.empty((len(surface), 3))
+    for k, mine in runs_of(surface):
+        spread = scene.surfaces[k].shape.spread(max(LEAST, AMONG * len(mine)))
+        points[mine] = spread[rng.choice(len(spread), len(mine), replace=False)]
+    return points
 
 
 def runs_of(surface):

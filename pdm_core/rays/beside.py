@@ -5,11 +5,20 @@ import numpy as np
 from ..mesh import Mesh
 from ..scene import Plane, Sphere
 from .facets import KEPT
-from .placed import LIFTED
+from .placed import LIFTED, Placed
 
 ON = 4.0  # tolerances within which a point lies on another shape
 ALIKE = 1e-3  # sine up to which two shapes lie in one plane
 PAIRS = 1 << 20  # of points and shapes at once
+
+
+def read_places(facets, surface, points, normals=None, inward=None):
+    """Placed points (n, 3) m of surfaces (n,) where colours are read off; normals, inward as Placed's."""
+    if "_beside" not in facets.__dict__:
+        facets._beside = Beside(facets)
+    receivers = Placed(facets, surface, facets._beside.moved(surface, points), normals, inward)
+    facets._beside.lifted(receivers, surface)
+    return receivers
 
 
 class Beside:

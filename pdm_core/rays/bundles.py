@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..closed_forms import cross
+
 PER_CELL = 2.0  # receivers
 CELLS = 250  # along each axis at most: their product fits the sixteen bits that are sorted fast
 TABLE = 4096  # entries of the table that finds shapes' cells
@@ -68,8 +70,7 @@ def along(facets, direction, receivers):
         r, k = who[flat], which[flat]
         inside = _within(affine, k, x.take(r), y.take(r), facets.triangle)
         flat, r, k = flat[inside], r[inside], k[inside]
-        a = affine[2].take(k, axis=1)
-        d = sign.take(r) * (a[0] + a[1] * x.take(r) + a[2] * y.take(r) - z.take(r))
+        d = sign.take(r) * (_at(affine[2], k, x.take(r), y.take(r)) - z.take(r))
         start = receivers.start.take(r)
         met = (d > start) & (receivers.own.take(r) != shape.take(k))
         # in contact only what faces the point hides anything from it
@@ -107,8 +108,7 @@ def _described(facets, nearest, best, affine, x, y, direction, receivers):
     r = np.flatnonzero((nearest >= 0) & (nearest < m))
     k = nearest[r]
     for axis in range(2):
-        a = affine[axis].take(k, axis=1)
-        at[r, axis] = np.clip(a[0] + a[1] * x.take(r) + a[2] * y.take(r), 0.0, 1.0)
+        at[r, axis] = np.clip(_at(affine[axis], k, x.take(r), y.take(r)), 0.0, 1.0)
     front[r] = np.einsum("ni,ni->n", direction.take(r, axis=0), facets.normal.take(k, axis=0)) < 0
     r = np.flatnonzero(nearest >= m)
     if len(r):
@@ -176,10 +176,10 @@ def _seen_through(facets, centre, plane, receivers, skip):
         flat = np.flatnonzero(which < count)
         r, k = who[flat], which[flat]
         xr, yr = x.take(r), y.take(r)
-        w = _row(inverse[2], k, xr, yr)
+        w = _at(inverse[2], k, xr, yr)
         keep = np.flatnonzero((w > limit.take(r) * (1 + FAR)) & (receivers.own.take(r) != shape.take(of.take(k))))
         r, k, xr, yr, w = r[keep], k[keep], xr[keep], yr[keep], w[keep]
-        s, t = (_row(row, k, xr, yr) for row in inverse[:2])
+        s, t = (_at(row, k, xr, yr) for row in inverse[:2])
         slack = EDGE * w
         met = (s >= -slack) & (t >= -slack) & (np.where(triangle.take(k), s + t, np.maximum(s, t)) <= w + slack)
         out[r[met]] = False
@@ -220,19 +220,18 @@ def _affine(facets, plane):
 
 def _within(affine, k, x, y, triangle):
     """(p,) indices of those of facets k (p,) that rays at x, y (p,) meet."""
-    a = affine[0].take(k, axis=1)
-    s = a[0] + a[1] * x + a[2] * y
+    s = _at(affine[0], k, x, y)
     keep = np.flatnonzero((s >= -EDGE) & (s <= 1 + EDGE))
-    a, s = affine[1].take(k.take(keep), axis=1), s.take(keep)
-    t = a[0] + a[1] * x.take(keep) + a[2] * y.take(keep)
-    most = np.where(triangle.take(k.take(keep)), 1 - s, 1.0)
+    k, s = k.take(keep), s.take(keep)
+    t = _at(affine[1], k, x.take(keep), y.take(keep))
+    most = np.where(triangle.take(k), 1 - s, 1.0)
     return keep[(t >= -EDGE) & (t <= most + EDGE)]
 
 
-def _row(row, k, x, y):
-    """A linear function of (x, y, 1) of facets k (p,): row (3, m) -> (p,)"""
+def _at(row, k, x, y):
+    """A linear function of (1, x, y) of facets k (p,): row (3, m) -> (p,)"""
     a = row.take(k, axis=1)
-    return a[0] * x + a[1] * y + a[2]
+    return a[0] + a[1] * x + a[2] * y
 
 
 def _between(facets, centre, plane, receivers):
@@ -256,10 +255,10 @@ def _between(facets, centre, plane, receivers):
 
 
 def _projective(facets, centre, plane, some):
-    """Of facets `some` (k,) seen from the centre: rows (3 times (3, k)) that take (x, y, 1) to s / depth, t / depth,
+    """Of facets `some` (k,) seen from the centre: rows (3 times (3, k)) that take (1, x, y) to s / depth, t / depth,
     1 / depth, and boxes low, high (2, k) of what lies before it."""
     o, u, v = (plane @ a.T for a in (facets.origin[some] - centre, facets.u[some], facets.v[some]))
-    uv, vo, ou = _cross(u, v), _cross(v, o), _cross(o, u)
+    uv, vo, ou = cross(u, v), cross(v, o), cross(o, u)
     det = o[0] * uv[0] + o[1] * uv[1] + o[2] * uv[2]
     size = np.sqrt((uv * uv).sum(axis=0) * (o * o).sum(axis=0))
     seen = np.abs(det) > 1e-12 * size
@@ -279,11 +278,8 @@ def _projective(facets, centre, plane, some):
         low[:, cut] = np.minimum(low[:, cut], np.where(crossing, edge, np.inf).min(axis=1))
         high[:, cut] = np.maximum(high[:, cut], np.where(crossing, edge, -np.inf).max(axis=1))
     low[:, ~seen | ~ahead.any(axis=0)] = np.inf
-    return (vo * scale, ou * scale, uv * scale), low, high
-
-
-def _cross(a, b):
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    order = [2, 0, 1]  # 1, x, y
+    return tuple((row * scale)[order] for row in (vo, ou, uv)), low, high
 
 
 def _ball_boxes(facets, plane):

@@ -11,12 +11,13 @@ import numpy as np
 
 from ..numerics import gmres
 from ..plan import RAY_MEMORY
+from ..read_off import materials_at, spread_points
 from ..signs_of_life import finish, in_thread
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
 from .nodes import FINEST, LIT, Nodes
 from .placed import Placed
-from .rows import MISS, Gathered, Traced, directions, sky_missed
+from .rows import Gathered, Traced, directions, one_bundle, sky_alone, sky_missed
 from .sources import relit, sources_of
 
 RAYS, MOST_RAYS = 64, 4096  # directions of a node, of a point where colours are read: at first, at most
@@ -71,9 +72,8 @@ class RayState:
     def extend(self, old):
         """Rays and direct light of the nodes that old (n,) does not know, -1; yields."""
         n, new = len(self.nodes), np.flatnonzero(old < 0)
-        factor = np.zeros((n, len(self.sources), 3), np.float32)
-        factor[old >= 0] = self.factor[old[old >= 0]]
-        self.factor, self.traced = factor, self.traced.moved(n, old)
+        self.factor, self.spread = _carried(self.factor, old), _carried(self.spread, old)
+        self.traced = self.traced.moved(n, old)
         yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(new, j), new)
         self.counts["rays"] += len(new) * len(self.traced.directions)
         lit = self.nodes.lit_places(new)
@@ -81,10 +81,7 @@ class RayState:
         each = (yield from self.shares.at(lit, tolerance, AT_NODES))[0]
         each = each.reshape(len(new), LIT, *each.shape[1:])
         self.factor[new] = each.mean(axis=1)
-        spread = np.full(n, 0.0)
-        spread[old >= 0] = self.spread[old[old >= 0]]
-        spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
-        self.spread = spread
+        self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
         yield from in_thread(self.link)
 
     def scale(self):
@@ -125,8 +122,7 @@ class RayState:
         reflecting = max(self.scene.areas[self.reflects].sum(), 1e-300)
         # of each surface: the mean square that its errors count against
         self.own_square = np.maximum(square / self.scene.areas, DIM**2 * self.norm**2 / reflecting)
-        area = self.scene.areas[self.reflects].sum()
-        self.level = self.norm / max(np.sqrt(area), 1e-300) / max(rho.max(initial=0.0), 1e-3)
+        self.level = self.norm / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3)
         once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
         self.left = left * self.gain
@@ -139,30 +135,27 @@ class RayState:
         n, nodes, scene = len(receivers), self.nodes, self.scene
         total, weight = np.zeros((2, n, 3)), np.zeros((2, n))
         sent = self.sent.astype(np.float32)
-        one = Traced(n, directions(1))
         for j, direction in enumerate(directions(count)):
-            one.directions = direction[None]
-            yield from one.trace(self.facets, lambda _: receivers, np.arange(n))
-            cosine = np.abs(one.cosine[:, 0])
-            hit = np.flatnonzero((one.code[:, 0] >= 0) & (len(sent) > 0))  # nothing to carry where all is black
-            code = one.code[hit, 0]
-            node, basis = nodes.columns(code >> 1, one.at[hit, 0], (code & 1) == 0)
+            hit, node, basis, cosine, missed = yield from one_bundle(self.facets, nodes, receivers, direction)
+            against, cosine, missed = cosine < 0, np.abs(cosine), np.flatnonzero(missed)
             value = np.einsum("hk,hkc->hc", basis, sent.take(node, axis=0))
             total[j % 2, hit] += cosine[hit, None] * value
-            missed = np.flatnonzero(one.code[:, 0] == MISS)
             if len(missed) and (scene.sky is not None or scene.background.any()):
                 sky = scene.sky_at(np.stack([direction, -direction]))
-                total[j % 2, missed] += cosine[missed, None] * sky[(one.cosine[missed, 0] < 0).astype(int)]
+                total[j % 2, missed] += cosine[missed, None] * sky[against[missed].astype(int)]
             weight[j % 2] += cosine
         self.counts["rays"] += n * count
         a, b = total / np.maximum(weight, 1e-300)[..., None]
         return total.sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None], (a - b) / 2
 
+    def lit(self, receivers, roughly=False):
+        """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
+        tolerance = np.full(len(receivers), self.told * self.target * self.level)
+        return (yield from self.shares.at(receivers, tolerance, READ[roughly or self.target > COARSE]))
+
     def incident(self, receivers, roughly=False):
         """Irradiance / pi (n, 3) at receivers, how far its direct part (n,) and the rest (n, 3) may be off; yields."""
-        tolerance = np.full(len(receivers), self.told * self.target * self.level)
-        points = READ[roughly or self.target > COARSE]
-        factor, off = yield from self.shares.at(receivers, tolerance, points)
+        factor, off = yield from self.lit(receivers, roughly)
         rest, unsure = yield from self.gather(receivers, min(RAYS, self.read) if roughly else self.read)
         return np.einsum("nkc,kc->nc", factor, self.light) + rest, off, HALF * unsure
 
@@ -172,11 +165,11 @@ class RayState:
         """The error and its parts; yields."""
         nodes, scene = self.nodes, self.scene
         yield from self.look()
-        weight, rho, off = self.looked
+        weight, rho, off, sky = self.looked
         rows = yield from in_thread(Gathered, self.looked_rays, nodes, scene)
         unsure = HALF * rows.unsure(self.sent)
-        if scene.sky is not None:
-            unsure = np.hypot(unsure, sky_missed(scene, self.places.normals, self.looked_rays))
+        if sky is not None:
+            unsure = np.hypot(unsure, sky_missed(scene, sky, self.looked_rays))
         there = self.places.surface
         rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
         shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
@@ -214,12 +207,9 @@ class RayState:
         if self.looked is None:
             surface, points, weight = check_points(self.scene, self.reflects, CHECKED)
             self.places = Placed(self.facets, surface, points)
-            tolerance = np.full(len(points), self.told * self.target * self.level)
-            off = (yield from self.shares.at(self.places, tolerance, READ[self.target > COARSE]))[1]
-            rho = np.empty((len(points), 3))
-            for k in np.unique(surface):
-                rho[surface == k] = self.scene.surfaces[k].reflectance_at(points[surface == k])
-            self.looked = weight, rho, off
+            off = (yield from self.lit(self.places))[1]
+            sky = None if self.scene.sky is None else sky_alone(self.scene, self.places.normals)
+            self.looked = weight, materials_at(self.scene, surface, points)[0], off, sky
         if self.looked_rays is None or len(self.looked_rays.directions) != self.read:
             self.looked_rays = Traced(len(self.places), directions(self.read))
             yield from self.looked_rays.trace(self.facets, lambda _: self.places, np.arange(len(self.places)))
@@ -322,9 +312,12 @@ def check_points(scene, reflects, count):
     edges = np.cumsum(share)
     pick = np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count * edges[-1])
     pick = np.minimum(pick, len(some) - 1)
-    points = np.empty((count, 3))
-    for k in np.unique(pick):
-        mine = np.flatnonzero(pick == k)
-        spread = scene.surfaces[some[k]].shape.spread(max(64, 4 * len(mine)))
-        points[mine] = spread[rng.choice(len(spread), len(mine), replace=False)]
-    return some[pick], points, area[pick] / (share[pick] * count)
+    surface = some[pick]
+    return surface, spread_points(scene, surface, rng), area[pick] / (share[pick] * count)
+
+
+def _carried(values, old):
+    """Values of nodes known before, old (n,) >= 0 which, as an array for all (n, ...), 0 for the others."""
+    out = np.zeros((len(old), *values.shape[1:]), values.dtype)
+    out[old >= 0] = values[old[old >= 0]]
+    return out

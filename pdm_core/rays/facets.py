@@ -11,7 +11,7 @@ import numpy as np
 from ..contacts import near
 from ..mesh import Mesh
 from ..polygon import Polygon
-from ..scene import Plane, Sphere
+from ..scene import Plane, Sphere, unit
 
 KEPT = 16.0  # tolerances that points keep from the borders of their shapes
 PARTED = 24.0  # tolerances between layers of shapes in one plane: more than MET, and what their own rounding takes
@@ -47,7 +47,7 @@ class Facets:
         self.first[balls] = len(origin) + np.arange(len(balls))
         self.surface = sides[self.shape]
         self.origin, self.u, self.v = origin - self.centre, u, v
-        self.normal = _unit(np.cross(u, v))
+        self.normal = unit(np.cross(u, v))
         self.moved = _layers(self, sides)
         self.origin += self.moved[self.shape[: self.count], None] * self.normal
         self.ball_centre = np.array([shapes[k].origin - self.centre for k in balls]).reshape(-1, 3)
@@ -70,10 +70,6 @@ class Facets:
 def _middle(shapes):
     centres, radii = (np.array(part) for part in zip(*(s.bounds for s in shapes)))
     return ((centres - radii[:, None]).min(axis=0) + (centres + radii[:, None]).max(axis=0)) / 2
-
-
-def _unit(vectors):
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
 
 
 def _parts_of(number, shape):

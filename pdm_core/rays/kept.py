@@ -4,10 +4,11 @@ import numpy as np
 
 from ..checked import SceneError
 from ..kept import KeptGroups, group
-from ..scene import Scene
+from ..read_off import check_same_shapes
+from ..signs_of_life import mapped
+from .beside import read_places
 from .direct import COARSE, READ, Shares
-from .placed import Placed
-from .rows import MISS, Traced, directions
+from .rows import MISS, directions, one_bundle
 from .sources import Emitter
 
 FAINT = 1e-3  # of the light: sources that give less may become brighter, yet their shadows need not be finer than that
@@ -33,14 +34,14 @@ class KeptRays(KeptGroups):
         """Generator of the fraction done, that works out what is kept."""
         self._between_groups(state.nodes, state.traced)
         yield 0.0
-        receivers, total = Placed(state.facets, self.surface, self.points, normals, inward), 1 + len(state.sources)
+        receivers, total = read_places(state.facets, self.surface, self.points, normals, inward), 1 + len(state.sources)
         for k, source in enumerate(state.sources):
             tolerance = np.full(len(receivers), self._tolerance(state, k))
             steps = Shares(state.facets, [source], state.counts).at(receivers, tolerance, READ[state.target > COARSE])
-            self.factor[:, k] = (yield from _told(steps, k / total))[0][:, 0]
+            self.factor[:, k] = (yield from mapped(steps, lambda _, k=k: k / total))[0][:, 0]
         light = np.zeros((len(receivers), 3))
-        for j in range(state.read):
-            yield from self._along(state, receivers, j, light)
+        for j, direction in enumerate(directions(state.read)):
+            yield from self._along(state, receivers, j, direction, light)
             yield (len(state.sources) + j / state.read) / total
         self.outside.settle()
         for array in (light, self.rows):
@@ -53,18 +54,14 @@ class KeptRays(KeptGroups):
         own = np.sqrt((weight * lit**2).sum() / max(weight.sum(), 1e-300))
         return state.target * max(own, FAINT * state.level)
 
-    def _along(self, state, receivers, j, light):
-        """Adds what the points see along the j-th direction; yields."""
-        traced = Traced(len(receivers), directions(state.read)[j : j + 1])
-        yield from traced.trace(state.facets, lambda _: receivers, np.arange(len(receivers)))
-        code, cosine = traced.code[:, 0], traced.cosine[:, 0]
-        hit = np.flatnonzero(code >= 0)
-        node, basis = state.nodes.columns(code[hit] >> 1, traced.at[hit, 0], (code[hit] & 1) == 0)
+    def _along(self, state, receivers, j, direction, light):
+        """Adds what the points see along the j-th direction (3,); yields."""
+        hit, node, basis, cosine, missed = yield from one_bundle(state.facets, state.nodes, receivers, direction)
         basis = basis * np.abs(cosine[hit, None])
         light[hit] += np.einsum("hk,hkc->hc", basis, state.sent[node])
         for column, weight in zip(self.of[node].T, basis.T, strict=True):
             self.rows[hit, column] += weight
-        self.outside.add(j, cosine, code == MISS)
+        self.outside.add(j, cosine, missed)
 
     def _between_groups(self, nodes, traced):
         weight = self.part / np.maximum(np.abs(traced.cosine).sum(axis=1), 1e-30)
@@ -149,28 +146,10 @@ class _Sky:
         return self.missed.nbytes + (0 if self.parts is None else self.parts.nbytes)
 
 
-def _told(steps, fraction):
-    """Runs steps, with a sign of life each, and returns what they return."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
-        yield fraction
-
-
 def check_light(old, reflected, scene):
     """Raises SceneError where a solution of the scene old, of which surfaces (n,) reflected, does not tell what the
     same shapes give under other light."""
-    if not isinstance(scene, Scene):
-        raise SceneError(f"relight needs a Scene, not {scene!r}")
-    alike = len(scene) == len(old) and all(
-        a.shape is b.shape and a.side == b.side for a, b in zip(scene.surfaces, old.surfaces)
-    )
-    if not alike or len(scene.lights) != len(old.lights):
-        raise SceneError(
-            "relight needs the same shapes, sides and lights in the same order; solve the new scene instead"
-        )
+    check_same_shapes(old, scene)
     shines, reflects = (scene.emission > 0).any(axis=1), (scene.reflectance > 0).any(axis=1)
     if (shines & ~(old.emission > 0).any(axis=1)).any() or (reflects & ~reflected).any():
         raise SceneError("relight: what was dark or black now sends light; solve again")

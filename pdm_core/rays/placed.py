@@ -4,6 +4,7 @@ import numpy as np
 
 from ..mesh import Mesh
 from ..polygon import Polygon
+from ..read_off import runs_of
 from ..scene import Sphere
 from .bundles import Receivers
 from .facets import KEPT
@@ -29,10 +30,7 @@ class Placed(Receivers):
         out, normal = np.array(points, float), np.zeros((len(points), 3))
         own, start = np.full(len(points), -1), np.zeros(len(points))
         inside = np.zeros(len(points), bool)
-        order = np.argsort(surface, kind="stable")
-        cuts = np.flatnonzero(np.diff(surface[order], prepend=-2))
-        for a, b in zip(cuts, np.append(cuts[1:], len(order))):
-            some, k = order[a:b], surface[order[a]]
+        for k, some in runs_of(surface):
             place = _Place(facets, scene.surfaces[k])
             given = (None if a is None else a[some] for a in (normals, middle, triangle))
             out[some], normal[some] = place(out[some], *given)

@@ -44,17 +44,22 @@ class Traced:
 
     def moved(self, count, old):
         """Of `count` receivers, those known before, old (count,) >= 0, with their rays."""
-        new = Traced(0, self.directions)
-        known = old >= 0
-        new.code = np.full((count, len(self.directions)), MISS, np.int32)
-        new.at = np.zeros((count, len(self.directions), 2), np.float32)
-        new.cosine = np.zeros((count, len(self.directions)), np.float32)
-        new.code[known], new.at[known], new.cosine[known] = (
-            self.code[old[known]],
-            self.at[old[known]],
-            self.cosine[old[known]],
-        )
+        new, known = Traced(count, self.directions), old >= 0
+        for name in ("code", "at", "cosine"):
+            getattr(new, name)[known] = getattr(self, name)[old[known]]
         return new
+
+
+def one_bundle(facets, nodes, receivers, direction):
+    """Rays of n receivers along a direction (3,), or against it: generator with a sign of life; returns which of them
+    meet what sends light (h,), its nodes and weights (h, 4), cosines (n,), negative against the direction, and which
+    meet nothing (n,) bool."""
+    one = Traced(len(receivers), direction[None])
+    yield from one.trace(facets, lambda _: receivers, np.arange(len(receivers)))
+    code = one.code[:, 0]
+    hit = np.flatnonzero((code >= 0) & (len(nodes) > 0))  # nothing is sent where all is black
+    node, basis = nodes.columns(code[hit] >> 1, one.at[hit, 0], (code[hit] & 1) == 0)
+    return hit, node, basis, one.cosine[:, 0], code == MISS
 
 
 class Gathered:
@@ -111,19 +116,24 @@ def from_sky(missed, cosine, directions, scene):
     return np.where(cosine >= 0, missed, 0.0) @ along + np.where(cosine < 0, missed, 0.0) @ against
 
 
-def sky_missed(scene, normals, traced):
-    """(n, 3) how far the light of a sky that varies is off where the traced rays meet nothing, as their directions may
-    all miss a small bright part of it: by many more of them, on their own."""
+def sky_alone(scene, normals):
+    """(n, 3) light of a sky that varies where nothing hides it, at normals (n, 3), by many directions."""
     fine = lattice(FINE_SKY)
     bright, out = scene.sky_at(fine), np.empty((len(normals), 3))
     for start in range(0, len(normals), AT_ONCE):
         part = slice(start, start + AT_ONCE)
         cosine = np.maximum(normals[part] @ fine.T, 0.0)
         out[part] = cosine @ bright / cosine.sum(axis=1, keepdims=True)
+    return out
+
+
+def sky_missed(scene, alone, traced):
+    """(n, 3) how far the light of a sky that varies is off where the traced rays meet nothing, as their directions may
+    all miss a small bright part of it: alone (n, 3) is what sky_alone tells."""
     cosine = np.abs(traced.cosine)
     share = cosine / cosine.sum(axis=1, keepdims=True)
     missed = np.where(traced.code == MISS, share, 0.0).sum(axis=1)
-    return missed[:, None] * np.abs(out - from_sky(share, traced.cosine, traced.directions, scene))
+    return missed[:, None] * np.abs(alone - from_sky(share, traced.cosine, traced.directions, scene))
 
 
 class _Sparse:

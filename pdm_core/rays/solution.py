@@ -2,25 +2,24 @@
 
 import copy
 import time
+from itertools import count
 
 import numpy as np
 
-from ..checked import SceneError, vectors
+from ..checked import SceneError
+from ..deadline import above_target, is_over
 from ..plan import plan_by_rays
-from ..read_off import ReadOff
-from ..scene import unit
+from ..read_off import ReadOff, oriented
 from ..signs_of_life import finish, in_thread, mapped
-from .beside import Beside
+from .beside import read_places
 from .bundles import Receivers
 from .engine import RayState
 from .kept import KeptRays, check_light
-from .placed import Placed
 from .where import nodes_near
 
 ROUNDS = 12  # refinements at most
 LEAST_GAIN, POOR = 0.05, 2  # of the error in a round; rounds in a row that gain less: more would not help
 NAMED = 3  # lights in a warning
-GRACE = 0.1, 0.15  # of the time limit, and s, for a first solution: then it is said that there is none
 READ_AT_ONCE = 1 << 16  # points: their rays go together
 
 
@@ -35,37 +34,37 @@ class RaySolution(ReadOff):
         self.norm, self.nodes = state.norm, len(state.nodes)
         self.seconds, self.history, self.warnings = state.elapsed(), list(state.history), []
 
-    def error_over(self, surfaces):
-        """Estimated relative L2 error of L - Le over these surfaces (indices) alone."""
-        norm = self.surface_norms[surfaces]
-        return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
-
     def incident_steps(self, surface, points, normals=None, inward=None, roughly=False):
         """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
         out, n = np.empty((len(points), 3)), max(len(points), 1)
-        beside = Beside(self._state.facets)
         for start in range(0, len(points), READ_AT_ONCE):
             part = slice(start, start + READ_AT_ONCE)
             own = [None if a is None else a[part] for a in (normals, inward)]
-            receivers = Placed(self._state.facets, surface[part], beside.moved(surface[part], points[part]), *own)
-            beside.lifted(receivers, surface[part])
-            steps, done, size = self._state.incident(receivers, roughly), 0, len(receivers)
-            while True:
-                try:
-                    next(steps)
-                except StopIteration as end:
-                    out[part] = end.value[0]
-                    break
-                done += 1
-                yield (start + size * done / (done + 2 * self._state.read)) / n
+            receivers = read_places(self._state.facets, surface[part], points[part], *own)
+            share = len(receivers) / n
+            out[part] = yield from mapped(
+                self._read(receivers, roughly), lambda done, begun=start / n, share=share: begun + share * done
+            )
         return np.maximum(out, 0.0)
+
+    def _read(self, receivers, roughly):
+        """Irradiance / pi (n, 3) at receivers: generator of the fraction done."""
+        bundles, usual = count(1), 2 * self._state.read
+
+        def fraction(_):
+            done = next(bundles)
+            return done / (done + usual)
+
+        return (yield from mapped(self._state.incident(receivers, roughly), fraction))[0]
 
     def estimated_error_steps(self, surface, points):
         """(n,) at points (n, 3) m of surfaces (n,), see estimated_error: generator of the fraction done."""
-        nodes, count = self._state.nodes, len(self.scene)
+        nodes, surfaces = self._state.nodes, len(self.scene)
         node = yield from nodes_near(nodes, surface, points)
         error = self._state.node_error + 1e-300
-        total, square = (np.bincount(nodes.surface, nodes.weight * e, count) for e in (np.ones(len(error)), error**2))
+        total, square = (
+            np.bincount(nodes.surface, nodes.weight * e, surfaces) for e in (np.ones(len(error)), error**2)
+        )
         own = self.surface_errors * self.surface_norms / np.sqrt(self.scene.areas)
         share = np.where(node >= 0, error[node] if len(error) else 1.0, 1.0)
         rms = np.sqrt(square / np.maximum(total, 1e-300))[surface]
@@ -73,12 +72,7 @@ class RaySolution(ReadOff):
 
     def irradiance(self, points, normals):
         """points (n, 3) m, normals (n, 3) of any length but 0, anywhere in space -> irradiance / pi (n, 3)"""
-        points, normals = vectors(points, "points"), vectors(normals, "normals")
-        if len(points) != len(normals):
-            raise SceneError(f"irradiance: {len(points)} points but {len(normals)} normals; give one each")
-        normals = unit(normals / np.maximum(np.abs(normals).max(axis=1, keepdims=True), 1e-300))
-        if not normals.any(axis=1).all():
-            raise SceneError("irradiance: a normal is zero; give it a direction")
+        points, normals = oriented(points, normals)
         n = len(points)
         start = np.full(n, self._state.facets.tolerance)
         free = Receivers(points - self._state.facets.centre, normals, np.full(n, -1), start, np.zeros(n, bool))
@@ -135,14 +129,10 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
     state, stopped = approach.state, False
     for _ in approach.steps():
         yield state.error, state.elapsed()
-        late = time_limit is not None and state.elapsed() - time_limit
-        stopped = approach.best is not None and bool(enough() or (late and late > 0))
+        has_solution = approach.best is not None
+        stopped = is_over(time_limit, state.elapsed(), has_solution) or (has_solution and bool(enough()))
         if stopped:
             break
-        if late and late > GRACE[0] * time_limit + GRACE[1]:
-            raise SceneError(
-                f"time_limit: nothing was reached within {time_limit:.3g} s; raise the time limit or the target error"
-            )
     solution = approach.best
     solution.seconds, solution.history = state.elapsed(), list(state.history)
     if idle := state.idle:
@@ -152,14 +142,8 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
             "check where they look and what hides them"
         )
     if solution.error > target_error:
-        solution.warnings.append(
-            f"The estimated error is {100 * solution.error:.2g} %, above the target of {100 * target_error:.2g} %; "
-            + (
-                "raise the time limit or the target error"
-                if stopped
-                else "finer rays hardly help; raise the target error"
-            )
-        )
+        advice = "raise the time limit or the" if stopped else "finer rays hardly help; raise the"
+        solution.warnings.append(above_target(solution.error, target_error, f"{advice} target error"))
     return solution
 
 

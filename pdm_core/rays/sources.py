@@ -11,6 +11,7 @@ from ..polygon import Polygon
 from ..scene import Sphere, lattice, square_lattice
 from ..view import ShapeTable, visible_factors
 from .bundles import PARALLEL, TOUCHING
+from .placed import LIFTED
 
 PAIRS = 1 << 16  # of points and triangles at once
 TRIANGLES = 256  # of a mesh, up to which its light is a sum of closed forms
@@ -46,7 +47,7 @@ class Emitter(Source):
         self.lift, self.touching = 0.0, TOUCHING * facets.tolerance
         self.table = ShapeTable([self.shape], facets.tolerance) if isinstance(self.shape, Sphere) else None
         if isinstance(self.shape, Mesh):
-            self.lift = 1e-4 * np.sqrt(np.median(self.shape.areas))
+            self.lift = LIFTED * np.sqrt(np.median(self.shape.areas))
 
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi where the radiance is 1 and nothing hides it."""
