@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rooms import ball_room, mixed_room
 
-from pdm_core import PointLight, Scene, SceneError, solve
+from pdm_core import Plane, PointLight, Polygon, Scene, SceneError, Surface, solve
 from pdm_core.compare import points_over
 from pdm_core.signs_of_life import finish
 
@@ -109,3 +109,16 @@ def test_what_is_not_known_is_said(solved, kept):
     if scene.lights:
         with pytest.raises(SceneError, match="solve again"):
             kept.radiance(Scene(surfaces, lights=scene.lights))
+
+
+def test_what_stands_there_is_read_beside_as_the_solution_does():
+    """A floor's points in the edge of a box are read beside it, not under it, whether their light is kept or not."""
+    floor = Surface(Polygon([(-2, -2, 0), (2, -2, 0), (2, 2, 0), (0, 2, 0), (0, 3, 0), (-2, 3, 0)]), 0.5, name="Floor")
+    faces = [((0.5, -0.5, 0), (0, 1, 0), (0, 0, 1)), ((-0.5, -0.5, 0), (0, 0, 1), (0, 1, 0))]
+    faces += [((-0.5, 0.5, 0), (0, 0, 1), (1, 0, 0)), ((-0.5, -0.5, 0), (1, 0, 0), (0, 0, 1))]
+    box = [Surface(Plane(*face), 0.3, name="Box") for face in [*faces, ((-0.5, -0.5, 1), (1, 0, 0), (0, 1, 0))]]
+    solution = solve(Scene([floor, *box], (1, 1, 1), rounding=2**-24), TARGET)
+    edge = np.array([(0.5, 0.1, 0), (-0.5, 0.2, 0), (0.1, 0.5, 0)]) * (1 - 1e-6)  # rounded to under it
+    kept = solution.kept(np.zeros(3, int), edge)
+    assert solution.radiance(0, edge).min() > 0.15  # half of the sky is open there
+    assert off(kept.radiance(solution.scene), solution.radiance(0, edge)) < 1e-5
