@@ -13,9 +13,10 @@ from ..numerics import gmres
 from ..plan import RAY_MEMORY
 from ..read_off import materials_at, spread_points
 from ..signs_of_life import finish, in_thread
+from .covered import covered
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
-from .nodes import FINEST, LIT, Nodes
+from .nodes import FINEST, LIT, PLACES, Nodes
 from .placed import Placed
 from .rows import Gathered, Traced, directions, one_bundle, sky_alone, sky_missed
 from .sources import relit, sources_of
@@ -56,6 +57,7 @@ class RayState:
         self.nodes = Nodes(self.facets, self.reflects | self.by_rays)
         self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
+        self.hidden = np.zeros((0, PLACES), bool)  # places that nothing comes to
         self.spread = np.zeros(0)  # of the direct light within each node's cell
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
@@ -74,8 +76,11 @@ class RayState:
         n, new = len(self.nodes), np.flatnonzero(old < 0)
         self.factor, self.spread = _carried(self.factor, old), _carried(self.spread, old)
         self.traced = self.traced.moved(n, old)
-        yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(new, j), new)
-        self.counts["rays"] += len(new) * len(self.traced.directions)
+        yield from self.trace(new)
+        self.hidden = _carried(self.hidden, old)
+        self.hidden[new] = covered(self.traced, self.nodes, new)
+        changed = self.nodes.uncover(self.hidden)
+        yield from self.trace(changed[old[changed] < 0])
         lit = self.nodes.lit_places(new)
         tolerance = np.full(len(lit), AT_NODES_TOLD * self.target * self.scale())
         each = (yield from self.shares.at(lit, tolerance, AT_NODES))[0]
@@ -83,6 +88,11 @@ class RayState:
         self.factor[new] = each.mean(axis=1)
         self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
         yield from in_thread(self.link)
+
+    def trace(self, which):
+        """Rays of the nodes which (k,), from each of their places in turn; yields."""
+        yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(which, j), which)
+        self.counts["rays"] += len(which) * len(self.traced.directions)
 
     def scale(self):
         """Irradiance / pi that tolerances refer to: before any is known, the sources' own over the scene."""
@@ -274,9 +284,7 @@ class RayState:
         if Traced.bytes_for(len(self.nodes), count) > RAY_MEMORY:
             return False
         self.traced = Traced(len(self.nodes), directions(count))
-        every = np.arange(len(self.nodes))
-        yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(every, j), every)
-        self.counts["rays"] += len(self.nodes) * count
+        yield from self.trace(np.arange(len(self.nodes)))
         yield from in_thread(self.link)
         return True
 

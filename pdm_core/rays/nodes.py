@@ -81,8 +81,9 @@ class Nodes:
         for k in np.flatnonzero(is_polygon & (self.grid > 0)):
             part = slice(self.grid_first[k], self.grid_first[k] + self.grid[k])
             share[part], at[part] = _inside(scene.surfaces[k].shape, corner[part], self.cells[k], at[part])
-        self.alias = _nearest_kept(own, corner, share > 0, self.grid_first)
         kept = np.flatnonzero(share > 0)
+        self.alias = np.full(len(own), -1, np.int32)
+        self.alias[kept] = np.arange(len(kept))
         total = np.bincount(own[kept], share[kept], len(scene))
         self._merge()
         number = np.bincount(own[kept], minlength=len(scene)) + self.mesh_number
@@ -91,7 +92,8 @@ class Nodes:
         self.weight, points = np.zeros(len(self)), np.zeros((len(self), PLACES, 3))
         normals, triangle = np.full(points.shape, np.nan), np.full(points.shape[:2], -1)
         flat = np.flatnonzero(~self.is_mesh[self.surface])
-        self.alias = flat.astype(np.int32)[self.alias] if len(flat) else self.alias
+        self.alias[kept] = flat[self.alias[kept]]
+        self._fill()
         self.weight[flat] = share[kept] / total[own[kept]] * scene.areas[own[kept]]
         points[flat] = self._on_charts(own[kept], at[kept])
         for k in np.flatnonzero(self.mesh_number > 0):
@@ -156,6 +158,30 @@ class Nodes:
         pick = order[pick[:, np.argsort(square_lattice(PLACES)[:, 0])]]  # in an order that the first few are spread
         normals = scene.surfaces[k].sign * shape.corner_normals.reshape(-1, 3)
         return points[pick], normals[pick], pick // 3, weight
+
+    def uncover(self, hidden):
+        """Leaves out places, hidden (n, PLACES) bool, that nothing comes to: others of the same cell stand in for them,
+        the nearest for cells without any; returns the nodes (k,) with other places than before."""
+        alive = PLACES - hidden.sum(axis=1)
+        changed, dead = np.flatnonzero((alive > 0) & (alive < PLACES)), alive == 0
+        self.weight *= alive / PLACES
+        order = np.argsort(hidden[changed], axis=1, kind="stable")
+        pick = np.take_along_axis(order, np.arange(PLACES) % alive[changed, None], axis=1)
+        index = np.arange(len(self) * PLACES).reshape(-1, PLACES)
+        index[changed] = changed[:, None] * PLACES + pick
+        self.places.reorder(index.ravel())
+        self.__dict__.pop("reflectance", None)
+        self.alias[dead[self.alias]] = -1
+        self._fill()
+        return changed
+
+    def _fill(self):
+        """Gives cells without a node, alias -1, that of the nearest one; the first of the surface, where all are."""
+        own = np.repeat(np.arange(len(self.grid)), self.grid)
+        for k in np.unique(own[self.alias < 0]):
+            part = slice(self.grid_first[k], self.grid_first[k] + self.grid[k])
+            number = self.alias[part].reshape(self.cells[k])
+            self.alias[part] = _filled(number, self.is_ball[k]).ravel() if (number >= 0).any() else self.first[k]
 
     def of(self, scene):
         """The same nodes on the same shapes of another scene."""
@@ -307,17 +333,17 @@ def _inside(polygon, corner, cells, at):
     return count / TRIED / cells.prod(), np.where((count == TRIED)[:, None, None], at, chosen)
 
 
-def _nearest_kept(own, corner, kept, first):
-    """(g,) For each cell of all charts the number, among those kept, of the one that stands for it: itself, or of those
-    of its own surface (g,) the nearest."""
-    number = np.cumsum(kept) - 1
-    lost = np.flatnonzero(~kept)
-    for k in np.unique(own[lost]):
-        mine = np.flatnonzero(own == k)
-        there, gone = mine[kept[mine]], mine[~kept[mine]]
-        if len(there):
-            far = ((corner[gone][:, None] - corner[there]) ** 2).sum(axis=2)
-            number[gone] = number[there[far.argmin(axis=1)]]
+def _filled(number, round_):
+    """number (a, b) of cells, -1 of those without -> those of the nearest ones instead; round_: whether the last along
+    the first axis is next to the first."""
+    while (number < 0).any():
+        before = number.copy()
+        for axis in range(2):
+            for step in (1, -1):
+                near = np.roll(before, step, axis=axis)
+                if not (round_ and axis == 0):
+                    np.moveaxis(near, axis, 0)[0 if step > 0 else -1] = -1
+                number = np.where(number < 0, near, number)
     return number
 
 

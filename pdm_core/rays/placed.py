@@ -41,6 +41,11 @@ class Placed(Receivers):
         super().__init__(out - facets.centre, normal, own, start, inside)
         self.surface, self.exact = surface, out
 
+    def reorder(self, index):
+        """Makes the n-th place that of index[n] (n,)."""
+        for name, value in vars(self).items():
+            setattr(self, name, value[index])
+
 
 class _Place:
     """Where points of one surface receive light."""
