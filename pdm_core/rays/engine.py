@@ -16,7 +16,7 @@ from ..signs_of_life import finish, in_thread
 from .covered import covered
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
-from .nodes import FINEST, LIT, PLACES, Nodes
+from .nodes import LIT, Nodes
 from .placed import Placed
 from .rows import Gathered, Traced, directions, one_bundle, sky_alone, sky_missed
 from .sources import relit, sources_of
@@ -57,7 +57,6 @@ class RayState:
         self.nodes = Nodes(self.facets, self.reflects | self.by_rays)
         self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
-        self.hidden = np.zeros((0, PLACES), bool)  # places that nothing comes to
         self.spread = np.zeros(0)  # of the direct light within each node's cell
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
@@ -73,14 +72,14 @@ class RayState:
 
     def extend(self, old):
         """Rays and direct light of the nodes that old (n,) does not know, -1; yields."""
-        n, new = len(self.nodes), np.flatnonzero(old < 0)
-        self.factor, self.spread = _carried(self.factor, old), _carried(self.spread, old)
-        self.traced = self.traced.moved(n, old)
+        self.traced = self.traced.moved(len(old), old)
+        new = np.flatnonzero(old < 0)
         yield from self.trace(new)
-        self.hidden = _carried(self.hidden, old)
-        self.hidden[new] = covered(self.traced, self.nodes, new)
-        changed = self.nodes.uncover(self.hidden)
-        yield from self.trace(changed[old[changed] < 0])
+        kept, changed = self.nodes.uncover(new, covered(self.traced, self.nodes, new))
+        self.traced, old = self.traced.moved(len(kept), kept), old[kept]
+        yield from self.trace(changed)
+        self.factor, self.spread = _carried(self.factor, old), _carried(self.spread, old)
+        new = np.flatnonzero(old < 0)
         lit = self.nodes.lit_places(new)
         tolerance = np.full(len(lit), AT_NODES_TOLD * self.target * self.scale())
         each = (yield from self.shares.at(lit, tolerance, AT_NODES))[0]
@@ -189,10 +188,15 @@ class RayState:
         self.node_error = np.linalg.norm(reflected, axis=1)
         rms = self._relative(nodes.surface, nodes.weight, self.node_error**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
-        self.surplus = nodes.surpluses(self.sent, self.spread * nodes.reflectance.max(axis=1))
+        cells, meshes = nodes.surplus(self.sent, self.spread * nodes.reflectance.max(axis=1))
+        own = nodes.surface[: len(cells)]
+        cells = nodes.weight[: len(cells), None] * cells**2
+        square = np.bincount(own, cells.sum(axis=1), len(scene)) + meshes**2
         some = np.flatnonzero(self.reflects)
-        square = (self.surplus**2).sum(axis=1)[some] / scene.areas[some]
-        sent = SOURCE * self._relative(some, scene.areas[some], square) * max(1.0, CANCEL * self.gain)
+        sent = self._relative(some, scene.areas[some], square[some] / scene.areas[some])
+        sent *= SOURCE * max(1.0, CANCEL * self.gain)
+        scale = np.sqrt(np.maximum(self.own_square, 1e-300))
+        self.surplus = cells / scale[own, None], meshes**2 / scale
         self.parts = {
             "rays": rays,
             "shadows": shadows,
@@ -289,22 +293,24 @@ class RayState:
         return True
 
     def refine(self, excess):
-        """Halve the cells of the surfaces that hold most of the error of what is sent; yields."""
-        square = self.surplus**2 / np.sqrt(np.maximum(self.own_square, 1e-300))[:, None]
-        order = np.argsort(square, axis=None)
-        kept = np.cumsum(square.ravel()[order]) / max(square.sum(), 1e-300)
-        worst = order[(kept + HALVED**2 * (1 - kept) > (REACHED / excess) ** 2) & (kept > KEPT_WHOLE)]
-        along = np.zeros(square.shape, bool)
-        along.ravel()[worst] = square.ravel()[worst] > 0
-        full = np.where(self.nodes.is_mesh[:, None], self.nodes.is_finest[:, None], self.nodes.cells >= FINEST)
-        along &= ~full
-        if not along.any():
+        """Halve the cells that hold most of the error of what is sent; yields."""
+        cells, meshes = self.surplus
+        square = np.concatenate([cells.ravel(), meshes])
+        order = np.argsort(square)
+        kept = np.cumsum(square[order]) / max(square.sum(), 1e-300)
+        marked = np.zeros(len(square), bool)
+        marked[order[(kept + HALVED**2 * (1 - kept) > (REACHED / excess) ** 2) & (kept > KEPT_WHOLE)]] = True
+        marked &= square > 0
+        cells, meshes = marked[: cells.size].reshape(cells.shape), marked[cells.size :]
+        cells, meshes = cells & self.nodes.lattice.may_split(), meshes & ~self.nodes.is_finest
+        more = len(self.nodes) + cells.sum()
+        if not (cells.any() or meshes.any()) or Traced.bytes_for(more, len(self.traced.directions)) > RAY_MEMORY:
             return False
-        nodes, old = yield from in_thread(self.nodes.refined, along)
+        nodes = yield from in_thread(self.nodes.refined, cells, meshes)
         if Traced.bytes_for(len(nodes), len(self.traced.directions)) > RAY_MEMORY or len(nodes) == len(self.nodes):
             return False
         self.nodes = nodes
-        yield from self.extend(old)
+        yield from self.extend(nodes.old)
         return True
 
 

@@ -1,8 +1,8 @@
 """Where reflected light is kept: in cells over the charts of surfaces, at merged vertices of meshes.
 
-The light of a cell is its mean: each direction starts at another place of it, so that what is sent on is right in sum
-wherever shadows end, and nothing hangs on single points in corners. Between the cells' middles it is bilinear; on the
-faces of a mesh linear.
+The light of a cell is its mean over what is seen of it: each direction starts at another place of it, so that what is
+sent on is right in sum wherever shadows end, and nothing hangs on single points in corners. Between the cells' middles
+it is bilinear; on the faces of a mesh linear.
 """
 
 import copy
@@ -14,15 +14,15 @@ from ..mesh import Mesh
 from ..polygon import Polygon
 from ..scene import Sphere, square_lattice
 from .bundles import ball_place
+from .lattice import NEXT, Lattice
 from .placed import Placed
 
-FINEST = 256  # cells along an axis
+FIRST = 64  # cells along an axis to begin with at most
 USUAL = 3000  # cells to begin with, where there are fewer shapes
 BALL = 4, 2  # cells about the axis of a ball and along it, at least
 PLACES = 16  # of a cell from which rays start in turn
 LIT = 8  # of them where direct light is worked out
 TRIED = 64  # places of a cell on a polygon's border, of which those inside are used
-NEXT = 0.4  # of the surplus that cells show: what is left within them
 BENT = 0.2  # of how far values vary over a face between its own vertices: how far linear ones are off
 WHOLE = 0.95  # of a mesh's vertices, with their normals: when so many are on their own it is no use to part the others
 MERGED = 1.0  # size of the cells in which a mesh's vertices are merged, of a chart's cell
@@ -30,23 +30,24 @@ SIDES = 6  # of the directions in which their normals are told apart
 
 
 class Nodes:
-    """Cells of the surfaces that send light on, and merged vertices of meshes: n nodes.
+    """Cells of the surfaces that send light on, then merged vertices of meshes: n nodes.
 
-    cells (n surfaces, 2): along each chart, 0 of meshes and of surfaces that send nothing; first, number (n surfaces,):
-    each one's nodes; surface (n,); weight (n,) m^2; places: Placed, PLACES of each node in turn.
+    lattice: the cells, of as many charts as there are surfaces; surface (n,); places: Placed, PLACES of each node in
+    turn; number, first (n surfaces,): of meshes their nodes; hidden (n, PLACES) bool: places that nothing comes to, for
+    which others of the node stand in.
     """
 
-    def __init__(self, facets, sends, cells=None, merged=None):
+    def __init__(self, facets, sends):
         self.facets, self.sends, scene = facets, sends, facets.scene
-        self.is_mesh = np.array([isinstance(s.shape, Mesh) for s in scene.surfaces])
-        self.is_ball = np.array([isinstance(s.shape, Sphere) for s in scene.surfaces])
+        shapes = [s.shape for s in scene.surfaces]
+        self.is_mesh, self.is_ball, self.is_polygon = (
+            np.array([isinstance(shape, kind) for shape in shapes]) for kind in (Mesh, Sphere, Polygon)
+        )
         area = scene.areas[sends].sum() or 1.0
         self.size = np.sqrt(area / USUAL)  # m, of a cell
-        self.cells = self._first_cells() if cells is None else cells
-        self.merged = np.full(len(scene), MERGED * self.size) if merged is None else merged
-        self.grid = self.cells.prod(axis=1)
-        self.grid_first = np.cumsum(self.grid) - self.grid
-        self._lay_out()
+        self.merged = np.full(len(scene), MERGED * self.size)
+        lattice = Lattice.even(self._first_cells(), self.is_ball)
+        self._lay_out(lattice, np.full(len(lattice), -1), np.ones(len(scene), bool), None)
 
     def __len__(self):
         return len(self.surface)
@@ -61,54 +62,78 @@ class Nodes:
             else:
                 extent[k] = np.linalg.norm(shape.linear[:, :2], axis=0)
         level = np.round(np.log2(np.maximum(extent / self.size, 1.0)))
-        cells = np.minimum(2 ** level.astype(int), FINEST // 4)
+        cells = np.minimum(2 ** level.astype(int), FIRST)
         cells[self.is_ball] = np.maximum(cells[self.is_ball], BALL)
         cells[self.is_mesh | ~self.sends] = 0
         return cells
 
-    def _lay_out(self):
-        """Nodes of all cells that hold part of their surface, and of all meshes; the places of each."""
-        scene = self.facets.scene
-        own = np.repeat(np.arange(len(scene)), self.grid)
-        index = np.arange(len(own)) - self.grid_first[own]
-        corner = np.column_stack(np.divmod(index, np.maximum(self.cells[own, 1], 1)))
-        at = (corner[:, None] + square_lattice(PLACES)) / self.cells[own][:, None]
-        self._even_on_balls(at, own, corner)
-        polar = np.pi * (corner[:, 1:] + [0, 1]) / np.maximum(self.cells[own, 1:], 1)
-        share = np.where(self.is_ball[own], -np.diff(np.cos(polar), axis=1)[:, 0] * self.cells[own, 1] / 2, 1.0)
-        share /= np.maximum(self.grid[own], 1)
-        is_polygon = np.array([isinstance(s.shape, Polygon) for s in scene.surfaces])
-        for k in np.flatnonzero(is_polygon & (self.grid > 0)):
-            part = slice(self.grid_first[k], self.grid_first[k] + self.grid[k])
-            share[part], at[part] = _inside(scene.surfaces[k].shape, corner[part], self.cells[k], at[part])
-        kept = np.flatnonzero(share > 0)
-        self.alias = np.full(len(own), -1, np.int32)
-        self.alias[kept] = np.arange(len(kept))
-        total = np.bincount(own[kept], share[kept], len(scene))
-        self._merge()
-        number = np.bincount(own[kept], minlength=len(scene)) + self.mesh_number
-        self.number, self.first = number, np.cumsum(number) - number
-        self.surface = np.repeat(np.arange(len(scene)), number)
-        self.weight, points = np.zeros(len(self)), np.zeros((len(self), PLACES, 3))
-        normals, triangle = np.full(points.shape, np.nan), np.full(points.shape[:2], -1)
-        flat = np.flatnonzero(~self.is_mesh[self.surface])
-        self.alias[kept] = flat[self.alias[kept]]
-        self._fill()
-        self.weight[flat] = share[kept] / total[own[kept]] * scene.areas[own[kept]]
-        points[flat] = self._on_charts(own[kept], at[kept])
+    def _lay_out(self, lattice, known, anew, before):
+        """The nodes of a lattice's cells, known (k,) which of those before each was, -1 of new ones, and of meshes, of
+        which anew (n surfaces,) bool are merged anew."""
+        new = np.flatnonzero(known < 0)
+        part, at = self._cells(lattice, new)
+        share = np.zeros(len(lattice))
+        share[known >= 0], share[new] = 1.0 if before is None else before.share[known[known >= 0]], part
+        at = at[part > 0]
+        lattice, known, share = lattice.without(share == 0), known[share > 0], share[share > 0]
+        own = lattice.chart[known < 0]
+        parts = [(self._on_charts(own, at), np.full((len(own), PLACES, 3), np.nan), np.full((len(own), PLACES), -1))]
+        owners, self.lattice, self.old = [own], lattice, [known]
+        self._merge(anew, before)
+        self.number, self.first = np.bincount(lattice.chart, minlength=len(self.sends)), np.zeros(len(self.sends), int)
+        begin, surface = len(lattice), [lattice.chart]
         for k in np.flatnonzero(self.mesh_number > 0):
-            part = slice(self.first[k], self.first[k] + number[k])
-            points[part], normals[part], triangle[part], self.weight[part] = self._on_mesh(k)
-        own = np.repeat(self.surface, PLACES)
-        self.places = Placed(self.facets, own, points.reshape(-1, 3), normals.reshape(-1, 3), triangle=triangle.ravel())
+            self.number[k], self.first[k] = self.mesh_number[k], begin
+            begin += self.number[k]
+            surface.append(np.full(self.number[k], k))
+            if anew[k]:
+                *placed, weight = self._on_mesh(k)
+                parts.append(placed), owners.append(surface[-1])
+                share = np.append(share, weight)
+                self.old.append(np.full(len(weight), -1))
+            else:
+                self.old.append(before.first[k] + np.arange(self.number[k]))
+                share = np.append(share, before.share[self.old[-1]])
+        self.surface, self.old, self.share = np.concatenate(surface), np.concatenate(self.old), share
+        points, normals, triangle = (np.concatenate(a) for a in zip(*parts))
+        own = np.repeat(np.concatenate(owners), PLACES)
+        added = Placed(self.facets, own, points.reshape(-1, 3), normals.reshape(-1, 3), triangle=triangle.ravel())
+        index = np.empty(len(self), int)
+        is_new = self.old < 0
+        index[is_new] = np.arange(is_new.sum()) + (0 if before is None else len(before))
+        index[~is_new] = self.old[~is_new]
+        self.places = added if before is None else before.places.joined(added)
+        self.places.reorder((index[:, None] * PLACES + np.arange(PLACES)).ravel())
+        self.hidden = np.zeros((len(self), PLACES), bool)
+        if before is not None:
+            self.hidden[~is_new] = before.hidden[self.old[~is_new]]
 
-    def _even_on_balls(self, at, own, corner):
-        """Places at (g, PLACES, 2) of cells on balls spread by area: the cosine of the polar angle evenly."""
-        ball = self.is_ball[own]
-        cells = self.cells[own[ball], 1:]
-        low, high = (np.cos(np.pi * (corner[ball, 1:] + k) / cells) for k in (0, 1))
-        part = at[ball, :, 1] * cells - corner[ball, 1:]
-        at[ball, :, 1] = np.arccos(np.clip(low + part * (high - low), -1.0, 1.0)) / np.pi
+    def _cells(self, lattice, some):
+        """Of leaves (k,): the part of the chart that each is (k,), 0 of those that hold nothing of it, and PLACES of it
+        on the chart (k, PLACES, 2)."""
+        own, size = lattice.chart[some], lattice.size[lattice.chart[some]]
+        corner, step = lattice.corner[some], lattice.step[some]
+        at = (corner[:, None] + step[:, None] * square_lattice(PLACES)) / size[:, None]
+        share = step.prod(axis=1) / size.prod(axis=1)
+        ball = np.flatnonzero(self.is_ball[own])
+        low, high = (np.cos(np.pi * (corner[ball, 1] + k * step[ball, 1]) / size[ball, 1]) for k in (0, 1))
+        share[ball] = (low - high) / 2 * step[ball, 0] / size[ball, 0]
+        # by area: the cosine of the polar angle evenly
+        across = low[:, None] + square_lattice(PLACES)[:, 1] * (high - low)[:, None]
+        at[ball, :, 1] = np.arccos(np.clip(across, -1.0, 1.0)) / np.pi
+        for k in np.unique(own[self.is_polygon[own]]):
+            mine = np.flatnonzero(own == k)
+            inside = _inside(self.facets.scene.surfaces[k].shape, corner[mine], step[mine], lattice.size[k], at[mine])
+            share[mine] *= inside[0]
+            at[mine] = inside[1]
+        return share, at
+
+    @cached_property
+    def weight(self):
+        """(n,) m^2 of what is seen of each."""
+        total = np.bincount(self.surface, self.share, len(self.sends))
+        area = self.share / np.maximum(total[self.surface], 1e-300) * self.facets.scene.areas[self.surface]
+        return area * (1 - self.hidden.mean(axis=1))
 
     def _on_charts(self, own, at):
         """Points (k, j, 3) m at chart positions (k, j, 2) of surfaces (k,)."""
@@ -122,13 +147,17 @@ class Nodes:
         origin[flat] = np.array([shapes[k].origin for k in np.flatnonzero(flat)]).reshape(-1, 3)
         return origin[own][:, None] + np.einsum("nij,nkj->nki", linear[own], local)
 
-    def _merge(self):
+    def _merge(self, anew, before):
         """Groups of each mesh's corners: corner (m facets, 3), which of its surface's nodes a facet's corners are."""
         scene, facets = self.facets.scene, self.facets
-        self.corner = np.zeros((facets.count, 3), np.int32)
-        self.mesh_number, self.unmerged = np.zeros(len(scene), int), np.zeros(len(scene))
+        if before is None:
+            self.corner = np.zeros((facets.count, 3), np.int32)
+            self.mesh_number, self.unmerged = np.zeros(len(scene), int), np.zeros(len(scene))
+        else:
+            self.corner, self.mesh_number = before.corner.copy(), before.mesh_number.copy()
+            self.unmerged = before.unmerged.copy()
         done = {}
-        for k in np.flatnonzero(self.is_mesh & self.sends):
+        for k in np.flatnonzero(self.is_mesh & self.sends & anew):
             shape, key = scene.surfaces[k].shape, scene.shape_of[k]
             if key not in done:
                 group = merged_corners(shape, self.merged[k])
@@ -159,29 +188,27 @@ class Nodes:
         normals = scene.surfaces[k].sign * shape.corner_normals.reshape(-1, 3)
         return points[pick], normals[pick], pick // 3, weight
 
-    def uncover(self, hidden):
-        """Leaves out places, hidden (n, PLACES) bool, that nothing comes to: others of the same cell stand in for them,
-        the nearest for cells without any; returns the nodes (k,) with other places than before."""
-        alive = PLACES - hidden.sum(axis=1)
-        changed, dead = np.flatnonzero((alive > 0) & (alive < PLACES)), alive == 0
-        self.weight *= alive / PLACES
-        order = np.argsort(hidden[changed], axis=1, kind="stable")
+    def uncover(self, new, hidden):
+        """Leaves out places, hidden (k, PLACES) bool of the nodes new (k,), that nothing comes to: others of the same
+        cell stand in for them, and cells without any are no nodes. Returns which of the nodes (n,) are left, and which
+        of these (k,) start from other places than before."""
+        self.hidden[new] = hidden
+        alive = PLACES - self.hidden.sum(axis=1)
+        lost = (alive == 0) & ~self.is_mesh[self.surface]
+        kept = np.flatnonzero(~lost)
+        changed = new[(alive[new] > 0) & (alive[new] < PLACES)]
+        order = np.argsort(self.hidden[changed], axis=1, kind="stable")
         pick = np.take_along_axis(order, np.arange(PLACES) % alive[changed, None], axis=1)
         index = np.arange(len(self) * PLACES).reshape(-1, PLACES)
         index[changed] = changed[:, None] * PLACES + pick
-        self.places.reorder(index.ravel())
-        self.__dict__.pop("reflectance", None)
-        self.alias[dead[self.alias]] = -1
-        self._fill()
-        return changed
-
-    def _fill(self):
-        """Gives cells without a node, alias -1, that of the nearest one; the first of the surface, where all are."""
-        own = np.repeat(np.arange(len(self.grid)), self.grid)
-        for k in np.unique(own[self.alias < 0]):
-            part = slice(self.grid_first[k], self.grid_first[k] + self.grid[k])
-            number = self.alias[part].reshape(self.cells[k])
-            self.alias[part] = _filled(number, self.is_ball[k]).ravel() if (number >= 0).any() else self.first[k]
+        self.places.reorder(index[kept].ravel())
+        self.number -= np.bincount(self.surface[lost], minlength=len(self.number))
+        self.first[self.is_mesh] -= lost.sum()
+        self.lattice = self.lattice.without(lost[: len(self.lattice)])
+        for name in ("surface", "share", "hidden"):
+            setattr(self, name, getattr(self, name)[kept])
+        self.__dict__.pop("weight", None)
+        return kept, np.searchsorted(kept, changed)
 
     def of(self, scene):
         """The same nodes on the same shapes of another scene."""
@@ -215,7 +242,7 @@ class Nodes:
     def columns(self, facet, at, front):
         """Hits -> nodes (h, 4) and weights (h, 4) that interpolate there; weights of hits that carry nothing are 0."""
         own = self.facets.surface[facet, np.where(front, 0, 1)]
-        carries = (own >= 0) & self.sends[own]
+        carries = (own >= 0) & (self.number[own] > 0)
         node, weight = np.zeros((len(facet), 4), np.int32), np.zeros((len(facet), 4), np.float32)
         mesh = np.flatnonzero(carries & self.is_mesh[own])
         if len(mesh):
@@ -224,7 +251,7 @@ class Nodes:
             weight[mesh, :3] = np.stack([1 - s - t, s, t], axis=1)
         flat = np.flatnonzero(carries & ~self.is_mesh[own])
         if len(flat):
-            node[flat], weight[flat] = self.on_lattice(own[flat], self._chart_at(facet[flat], at[flat]))
+            node[flat], weight[flat] = self.lattice.columns(own[flat], self._chart_at(facet[flat], at[flat]))
         return node, weight
 
     def _chart_at(self, facet, at):
@@ -235,47 +262,15 @@ class Nodes:
         at[local] = chart[:, :, 0] + chart[:, :, 1] * at[local, :1] + chart[:, :, 2] * at[local, 1:]
         return np.clip(at, 0.0, 1.0)
 
-    def on_lattice(self, own, at):
-        """Nodes and weights (h, 4) of surfaces (h,) at chart positions (h, 2); a ball's turn goes round."""
-        cells = self.cells.take(own, axis=0)
-        scaled = at * cells - 0.5
-        low = np.floor(scaled).astype(np.int64)
-        x, y = (scaled - low).T.astype(np.float32)
-        high = low + 1
-        ball = self.is_ball[own]
-        for end in (low, high):
-            turned = np.where(ball, end[:, 0] % cells[:, 0], end[:, 0])
-            end[:, 0] = np.clip(turned, 0, cells[:, 0] - 1)
-            end[:, 1] = np.clip(end[:, 1], 0, cells[:, 1] - 1)
-        first, row = self.grid_first.take(own), cells[:, 1]
-        node = np.stack([first + a * row + b for a in (low[:, 0], high[:, 0]) for b in (low[:, 1], high[:, 1])], axis=1)
-        return self.alias.take(node), np.stack([(1 - x) * (1 - y), (1 - x) * y, x * (1 - y), x * y], axis=1)
-
-    def surpluses(self, value, uneven):
-        """Values (n, c) of the nodes, and how uneven (n,) the light within each is -> (n surfaces, 2): L2 errors, m
-        times the value's unit, that cells half as large may show along each axis of the charts; of meshes once."""
-        out = np.zeros((len(self.number), 2))
-        areas = self.facets.scene.areas
-        within = np.bincount(self.surface, self.weight * uneven**2, len(out))
-        for kind, some in self._alike():
-            nodes = self.alias[self.grid_first[some][:, None] + np.arange(kind[0] * kind[1])]
-            v = value[nodes].reshape(len(some), *kind, -1)
-            for axis in range(2):
-                if kind[axis] == 1:
-                    out[some, axis] = np.sqrt(within[some] / 2)
-                    continue
-                off = _halves_off(np.moveaxis(v, 1 + axis, 0), self.is_ball[some[0]] and axis == 0)
-                out[some, axis] = np.sqrt((off**2).sum(axis=-1).mean(axis=(0, 2)) * areas[some])
+    def surplus(self, value, uneven):
+        """Values (n, c) of the nodes, and how uneven (n,) the light within each is -> how far values of cells half as
+        wide along each axis may be off (k cells, 2), and those of finer groups of meshes, in L2 (n surfaces,): m times
+        the value's unit."""
+        meshes = np.zeros(len(self.number))
         for k in np.flatnonzero(self.is_mesh & (self.number > 0)):
-            out[k, 0] = self._mesh_surplus(k, value)
-        return NEXT * out
-
-    def _alike(self):
-        """((cells along both axes), surfaces (k,)) of charts of as many cells; balls apart."""
-        some = np.flatnonzero(self.cells[:, 0] > 0)
-        kinds, which = np.unique(np.column_stack([self.cells[some], self.is_ball[some]]), axis=0, return_inverse=True)
-        which = which.reshape(-1)
-        return [(tuple(kind[:2]), some[which == k]) for k, kind in enumerate(kinds.tolist())]
+            meshes[k] = NEXT * self._mesh_surplus(k, value)
+        cells = len(self.lattice)
+        return self.lattice.surplus(value[:cells], uneven[:cells]), meshes
 
     def _mesh_surplus(self, k, value):
         """How far values vary over the faces of a mesh, in L2."""
@@ -292,59 +287,30 @@ class Nodes:
         """(n surfaces,) of meshes: whether all but all of their vertices stand for themselves."""
         return self.unmerged > WHOLE
 
-    def refined(self, along):
-        """along (n surfaces, 2) bool: axes of charts whose cells are halved -> Nodes, and old (n,) in it: which node of
-        this one each was, -1 of new ones."""
-        cells = np.where(along & (self.cells > 0), np.minimum(2 * self.cells, FINEST), self.cells)
-        merged = np.where(along[:, 0] & self.is_mesh, self.merged / 2, self.merged)
-        new = Nodes(self.facets, self.sends, cells, merged)
-        old = np.full(len(new), -1)
-        same = np.flatnonzero(~along.any(axis=1) & (self.number > 0))
-        for k in same:
-            old[new.first[k] + np.arange(self.number[k])] = self.first[k] + np.arange(self.number[k])
-        return new, old
+    def refined(self, cells, meshes):
+        """cells (k, 2) bool: which are halved along which axis; meshes (n surfaces,) bool: which are merged less ->
+        Nodes, whose `old` (n,) is which node of these each was, -1 of new ones."""
+        new = copy.copy(self)
+        for name in ("weight", "reflectance"):
+            new.__dict__.pop(name, None)
+        new.merged = np.where(meshes, self.merged / 2, self.merged)
+        new._lay_out(*self.lattice.split(cells), meshes, self)
+        return new
 
 
-def _halves_off(v, round_):
-    """Values v (cells, ...) along an axis, an even number -> of the same shape: what they differ from those
-    interpolated between the means of pairs; round_: whether the last is next to the first."""
-    mean = (v[::2] + v[1::2]) / 2
-    if round_:
-        before, after = np.roll(mean, 1, axis=0), np.roll(mean, -1, axis=0)
-    else:
-        before, after = np.concatenate([mean[:1], mean[:-1]]), np.concatenate([mean[1:], mean[-1:]])
-    out = np.empty(v.shape)
-    out[::2], out[1::2] = v[::2] - (3 * mean + before) / 4, v[1::2] - (3 * mean + after) / 4
-    return out
-
-
-def _inside(polygon, corner, cells, at):
-    """Of cells with corners (k, 2) in a polygon's chart of cells (2,): the share of each in the chart (k,) that lies in
-    the polygon, and places (k, PLACES, 2) in it, at (k, PLACES, 2) where it is all."""
-    tried = (corner[:, None] + square_lattice(TRIED)) / cells
+def _inside(polygon, corner, step, size, at):
+    """Of cells from corners (k, 2) on, step (k, 2) wide, in a polygon's chart of size (2,): the part of each (k,) that
+    lies in the polygon, and places (k, PLACES, 2) in it, at (k, PLACES, 2) where it is all."""
+    tried = (corner[:, None] + step[:, None] * square_lattice(TRIED)) / size
     inside = polygon.contains(tried.reshape(-1, 2)).reshape(tried.shape[:2])
     count = inside.sum(axis=1)
     order = np.argsort(~inside, axis=1, kind="stable")
     pick = order[np.arange(len(corner))[:, None], np.arange(PLACES) % np.maximum(count, 1)[:, None]]
     chosen = np.take_along_axis(tried, pick[..., None], axis=1)
-    if not count.any():  # a sliver between all places: its triangles' middles
+    if not count.any() and len(count) == size.prod():  # a sliver between all places: its triangles' middles
         middles = polygon.local(polygon.triangles.mean(axis=1))[:, :2]
         count[0], chosen[0] = 1, middles[np.arange(PLACES) % len(middles)]
-    return count / TRIED / cells.prod(), np.where((count == TRIED)[:, None, None], at, chosen)
-
-
-def _filled(number, round_):
-    """number (a, b) of cells, -1 of those without -> those of the nearest ones instead; round_: whether the last along
-    the first axis is next to the first."""
-    while (number < 0).any():
-        before = number.copy()
-        for axis in range(2):
-            for step in (1, -1):
-                near = np.roll(before, step, axis=axis)
-                if not (round_ and axis == 0):
-                    np.moveaxis(near, axis, 0)[0 if step > 0 else -1] = -1
-                number = np.where(number < 0, near, number)
-    return number
+    return count / TRIED, np.where((count == TRIED)[:, None, None], at, chosen)
 
 
 def merged_corners(mesh, size):

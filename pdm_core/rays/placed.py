@@ -1,5 +1,7 @@
 """Places on surfaces as receivers of rays: moved off what bounds their shapes, and told what they must not meet."""
 
+import copy
+
 import numpy as np
 
 from ..mesh import Mesh
@@ -40,6 +42,13 @@ class Placed(Receivers):
             start[some] = place.start
         super().__init__(out - facets.centre, normal, own, start, inside)
         self.surface, self.exact = surface, out
+
+    def joined(self, other):
+        """These places and then the other's."""
+        both = copy.copy(self)
+        for name, value in vars(self).items():
+            setattr(both, name, np.concatenate([value, getattr(other, name)]))
+        return both
 
     def reorder(self, index):
         """Makes the n-th place that of index[n] (n,)."""

@@ -16,7 +16,7 @@ def nodes_near(nodes, surface, points):
     has = nodes.number[surface] > 0
     for some in _parts(np.flatnonzero(has & ~nodes.is_mesh[surface])):
         own = surface[some]
-        node, weight = nodes.on_lattice(own, _chart_at(nodes, own, points[some]))
+        node, weight = nodes.lattice.columns(own, _chart_at(nodes, own, points[some]))
         out[some] = node[np.arange(len(some)), weight.argmax(axis=1)]
         done += len(some)
         yield done / len(points)
