@@ -31,11 +31,10 @@ SOLVED = 0.02  # relative residual of the linear system, of the target
 STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
-SHARES = {"rays": 0.5, "shadows": 0.35, "nodes": 0.35, "sent": 0.7}  # of the error that is left, each part's at most
+SHARES = {"rays": 0.75, "shadows": 0.3, "nodes": 0.3, "sent": 0.5}  # of the error that is left, each part's at most
 REACHED = 0.95  # of the target: what is worked towards
 STEP, MOST_MORE = 32, 3.0  # of directions where colours are read; how many times more at once, as few points tell it
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
-ROOT = 1.25  # of errors' mean size: their root mean square, were they normally distributed
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
 HALVED = 0.6  # of the error of cells, what halves of them leave
@@ -210,11 +209,11 @@ class RayState:
 
     def _relative(self, surface, weight, square):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,
-        where that is more, of each surface's own in the mean: what lies in the dark is to be right too, but a dark
-        place that all but no light comes to is not to rule all."""
+        where that is more, of each surface's own: what lies in the dark is to be right too, as a room is whose outer
+        walls stand in the sun, but a dark place that all but no light comes to is not to rule all."""
         whole = np.sqrt((weight * square).sum()) / max(self.norm, 1e-300)
-        each = np.sqrt(square / np.maximum(self.own_square[surface], 1e-300))
-        return float(max(whole, ROOT * (weight * each).sum() / max(weight.sum(), 1e-300)))
+        each = square / np.maximum(self.own_square[surface], 1e-300)
+        return float(max(whole, np.sqrt((weight * each).sum() / max(weight.sum(), 1e-300))))
 
     def look(self):
         """Direct light and rays at random points, as where colours are read, anew where that gets finer; yields."""

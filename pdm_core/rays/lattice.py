@@ -92,9 +92,7 @@ class Lattice:
         what is told instead of charts that are one leaf wide."""
         out = np.repeat(within[:, None] / np.sqrt(2), 2, axis=1)
         charts = np.flatnonzero(self.number > 0)
-        kinds, which = np.unique(
-            np.column_stack([self.size[charts], self.round_[charts]]), axis=0, return_inverse=True
-        )
+        kinds, which = np.unique(np.column_stack([self.size[charts], self.round_[charts]]), axis=0, return_inverse=True)
         of_kind = np.full(len(self.size), -1)
         of_kind[charts] = which.reshape(-1)
         for k, (wide, high, round_) in enumerate(kinds.tolist()):
