@@ -33,11 +33,12 @@ TOLD = 1.0  # of the target: what direct light may be off by where part of a sou
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
 SHARES = {"rays": 0.75, "shadows": 0.3, "nodes": 0.3, "sent": 0.5}  # of the error that is left, each part's at most
 REACHED = 0.95  # of the target: what is worked towards
-STEP, MOST_MORE = 32, 3.0  # of directions where colours are read; how many times more at once, as few points tell it
+STEP = 32  # of directions where colours are read
+MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
-HALVED = 0.6  # of the error of cells, what halves of them leave
+HALVED = 0.7  # of the error of cells, what halves of them leave
 KEPT_WHOLE = 0.02  # of the square of the error: cells that make no more are not halved
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
@@ -265,24 +266,33 @@ class RayState:
 
     def improve(self):
         """Work on the largest part of the error; False where nothing is left to do; yields."""
-        parts, allowed, did = self.parts, REACHED * self.target / SAFETY, False
-        if parts["rays"] > SHARES["rays"] * allowed and self.read < MOST_RAYS:
-            more = self.read * (parts["rays"] / SHARES["rays"] / allowed) ** (1 / POWER)
-            more = STEP * np.ceil(np.clip(more, 1.5 * self.read, MOST_MORE * self.read) / STEP)
+        excess, did = self.excess(), False
+        if excess["rays"] > 1 and self.read < MOST_RAYS:
+            more = self.read * excess["rays"] ** (1 / POWER)
+            more = STEP * np.ceil(np.clip(more, 1.5 * self.read, MOST_MORE[0] * self.read) / STEP)
             self.read = int(min(more, MOST_RAYS))
             did = True
-        if parts["shadows"] > SHARES["shadows"] * allowed and self.told > LEAST_TOLD:
-            self.told *= max(0.7 * SHARES["shadows"] * allowed / parts["shadows"], 0.1)
+        if excess["shadows"] > 1 and self.told > LEAST_TOLD:
+            self.told *= max(0.7 / excess["shadows"], 0.1)
             self.looked, did = None, True
-        if parts["nodes"] > SHARES["nodes"] * allowed:
-            did |= yield from self.trace_finer(parts["nodes"] / SHARES["nodes"] / allowed)
-        if parts["sent"] > SHARES["sent"] * allowed:
-            did |= yield from self.refine(parts["sent"] / SHARES["sent"] / allowed)
+        if excess["nodes"] > 1:
+            did |= yield from self.trace_finer(excess["nodes"])
+        if excess["sent"] > 1:
+            did |= yield from self.refine(excess["sent"])
         return did
+
+    def excess(self):
+        """{part: how many times larger it is than its share of what the target allows}; of cells, which are slow to
+        become finer, than what the others leave once they are no larger than their shares, where that is more."""
+        allowed = REACHED * self.target / SAFETY
+        shares = {k: share * allowed for k, share in SHARES.items()}
+        others = sum(min(v, shares.get(k, allowed)) ** 2 for k, v in self.parts.items() if k != "sent")
+        shares["sent"] = max(shares["sent"], np.sqrt(max(allowed**2 - others, 0.0)))
+        return {k: self.parts[k] / share for k, share in shares.items()}
 
     def trace_finer(self, excess):
         """More directions at the nodes, whose error is so many times too large, where memory has room; yields."""
-        count = int(np.ceil(len(self.traced.directions) * min(excess, MOST_MORE) ** (1 / POWER)))
+        count = int(np.ceil(len(self.traced.directions) * min(excess, MOST_MORE[1]) ** (1 / POWER)))
         count += count % 2
         if Traced.bytes_for(len(self.nodes), count) > RAY_MEMORY:
             return False

@@ -1,7 +1,7 @@
 """Cells over the charts of surfaces: leaves of a tree each, halved along either axis where the light bends.
 
-A leaf covers a rectangle of the chart's finest cells. Between the middles of leaves of one size values are bilinear; where
-a leaf's neighbour is larger or smaller, that of the finest cell next to it stands for it.
+A leaf covers a rectangle of the chart's finest cells. Between the middles of leaves of one size values are bilinear;
+where a leaf's neighbour is larger or smaller, that of the finest cell next to it stands for it.
 """
 
 import numpy as np
