@@ -12,7 +12,7 @@ from ..closed_forms import cross
 
 PER_CELL = 2.0  # receivers
 CELLS = 250  # along each axis at most: their product fits the sixteen bits that are sorted fast
-TABLE = 4096  # entries of the table that finds shapes' cells
+TABLE = 64, 16, 4096  # entries of the table that finds shapes' cells: at least, for each line, at most
 SAMPLED = 4096  # receivers whose places tell the quantiles
 CANDIDATES = 1 << 15  # pairs tested at once
 EDGE = 1e-9  # of a facet: how far beside it a ray still meets it, lest one slip between two
@@ -97,8 +97,8 @@ def along(facets, direction, receivers):
 def _in_contact(facets, nearest, height, receivers):
     """(k,) Which receivers on flat shapes meet what lies against these: facets (n,), at heights (n,) m."""
     some = np.flatnonzero((receivers.start < 0) & (height < TOUCHING * facets.tolerance) & (nearest < facets.count))
-    across = np.cross(receivers.normals[some], facets.normal[nearest[some]])
-    return some[np.linalg.norm(across, axis=1) < PARALLEL]
+    along_ = np.einsum("ni,ni->n", receivers.normals[some], facets.normal[nearest[some]])
+    return some[1 - along_**2 < PARALLEL**2]
 
 
 def _described(facets, nearest, best, affine, x, y, direction, receivers):
@@ -412,13 +412,14 @@ def _pairs(x, y, low, high):
 def _span(lines, least, most, low, high):
     """The first and the last of the cells between lines, of places from least to most, that low..high (m,) may meet: by
     a table of evenly spaced places, not by a search for each."""
-    edges = np.linspace(least, most, TABLE + 1)
+    entries = int(np.clip(TABLE[1] * len(lines), TABLE[0], TABLE[2]))
+    edges = np.linspace(least, most, entries + 1)
     first, last = np.searchsorted(lines, edges[:-1], "left"), np.searchsorted(lines, edges[1:], "right")
-    scale = TABLE / (most - least) if most > least else 0.0
+    scale = entries / (most - least) if most > least else 0.0
     begin, end = ((np.clip(a, least, most) - least) * scale for a in (low, high))
     # a little aside, as the edges are rounded
-    begin = np.clip(begin - 1e-6, 0, TABLE - 1).astype(np.int64)
-    end = np.clip(end + 1e-6, 0, TABLE - 1).astype(np.int64)
+    begin = np.clip(begin - 1e-6, 0, entries - 1).astype(np.int64)
+    end = np.clip(end + 1e-6, 0, entries - 1).astype(np.int64)
     return first.take(begin), last.take(end)
 
 
