@@ -33,8 +33,8 @@ class Nodes:
     """Cells of the surfaces that send light on, then merged vertices of meshes: n nodes.
 
     lattice: the cells, of as many charts as there are surfaces; surface (n,); places: Placed, PLACES of each node in
-    turn; number, first (n surfaces,): of meshes their nodes; hidden (n, PLACES) bool: places that nothing comes to, for
-    which others of the node stand in.
+    turn; number (n surfaces,) of their nodes, first (n surfaces,) of meshes; hidden (n, PLACES) bool: places that
+    nothing comes to, for which others of the node stand in; old (n,): see refined.
     """
 
     def __init__(self, facets, sends):
@@ -43,6 +43,7 @@ class Nodes:
         self.is_mesh, self.is_ball, self.is_polygon = (
             np.array([isinstance(shape, kind) for shape in shapes]) for kind in (Mesh, Sphere, Polygon)
         )
+        self.extent = np.array([_extent(shape) for shape in shapes])
         area = scene.areas[sends].sum() or 1.0
         self.size = np.sqrt(area / USUAL)  # m, of a cell
         self.merged = np.full(len(scene), MERGED * self.size)
@@ -70,43 +71,35 @@ class Nodes:
     def _lay_out(self, lattice, known, anew, before):
         """The nodes of a lattice's cells, known (k,) which of those before each was, -1 of new ones, and of meshes, of
         which anew (n surfaces,) bool are merged anew."""
-        new = np.flatnonzero(known < 0)
-        part, at = self._cells(lattice, new)
-        share = np.zeros(len(lattice))
-        share[known >= 0], share[new] = 1.0 if before is None else before.share[known[known >= 0]], part
-        at = at[part > 0]
-        lattice, known, share = lattice.without(share == 0), known[share > 0], share[share > 0]
-        own = lattice.chart[known < 0]
-        parts = [(self._on_charts(own, at), np.full((len(own), PLACES, 3), np.nan), np.full((len(own), PLACES), -1))]
-        owners, self.lattice, self.old = [own], lattice, [known]
+        parts = [self._of_cells(lattice, known, before)]
         self._merge(anew, before)
-        self.number, self.first = np.bincount(lattice.chart, minlength=len(self.sends)), np.zeros(len(self.sends), int)
-        begin, surface = len(lattice), [lattice.chart]
+        self.first, begin = np.zeros(len(self.sends), int), len(self.lattice)
         for k in np.flatnonzero(self.mesh_number > 0):
-            self.number[k], self.first[k] = self.mesh_number[k], begin
-            begin += self.number[k]
-            surface.append(np.full(self.number[k], k))
-            if anew[k]:
-                *placed, weight = self._on_mesh(k)
-                parts.append(placed), owners.append(surface[-1])
-                share = np.append(share, weight)
-                self.old.append(np.full(len(weight), -1))
-            else:
-                self.old.append(before.first[k] + np.arange(self.number[k]))
-                share = np.append(share, before.share[self.old[-1]])
-        self.surface, self.old, self.share = np.concatenate(surface), np.concatenate(self.old), share
-        points, normals, triangle = (np.concatenate(a) for a in zip(*parts))
-        own = np.repeat(np.concatenate(owners), PLACES)
+            self.first[k], begin = begin, begin + self.mesh_number[k]
+            parts.append(self._on_mesh(k) if anew[k] else _as_before(k, before))
+        self.surface, self.old, self.share, points, normals, triangle = (np.concatenate(a) for a in zip(*parts))
+        self.number = np.bincount(self.surface, minlength=len(self.sends))
+        new, count = self.old < 0, 0 if before is None else len(before)
+        own = np.repeat(self.surface[new], PLACES)
         added = Placed(self.facets, own, points.reshape(-1, 3), normals.reshape(-1, 3), triangle=triangle.ravel())
-        index = np.empty(len(self), int)
-        is_new = self.old < 0
-        index[is_new] = np.arange(is_new.sum()) + (0 if before is None else len(before))
-        index[~is_new] = self.old[~is_new]
         self.places = added if before is None else before.places.joined(added)
+        index = np.where(new, count + np.cumsum(new) - 1, self.old)
         self.places.reorder((index[:, None] * PLACES + np.arange(PLACES)).ravel())
         self.hidden = np.zeros((len(self), PLACES), bool)
         if before is not None:
-            self.hidden[~is_new] = before.hidden[self.old[~is_new]]
+            self.hidden[~new] = before.hidden[self.old[~new]]
+
+    def _of_cells(self, lattice, known, before):
+        """Of the nodes of cells: surface, old, share (k,); of the new ones points, normals and triangles."""
+        share, new = np.zeros(len(lattice)), known < 0
+        share[new], at = self._cells(lattice, np.flatnonzero(new))
+        if before is not None:
+            share[~new] = before.share[known[~new]]
+        at, some = at[share[new] > 0], share > 0
+        self.lattice = lattice.without(~some)
+        points = self._on_charts(lattice.chart[some & new], at)
+        unknown = np.full(points.shape, np.nan), np.full(points.shape[:2], -1)
+        return lattice.chart[some], known[some], share[some], points, *unknown
 
     def _cells(self, lattice, some):
         """Of leaves (k,): the part of the chart that each is (k,), 0 of those that hold nothing of it, and PLACES of it
@@ -131,9 +124,7 @@ class Nodes:
     @cached_property
     def weight(self):
         """(n,) m^2 of what is seen of each."""
-        total = np.bincount(self.surface, self.share, len(self.sends))
-        area = self.share / np.maximum(total[self.surface], 1e-300) * self.facets.scene.areas[self.surface]
-        return area * (1 - self.hidden.mean(axis=1))
+        return self.share * self.extent[self.surface] * (1 - self.hidden.mean(axis=1))
 
     def _on_charts(self, own, at):
         """Points (k, j, 3) m at chart positions (k, j, 2) of surfaces (k,)."""
@@ -167,8 +158,8 @@ class Nodes:
             self.mesh_number[k], self.unmerged[k] = done[key][0], done[key][0] / done[key][1]
 
     def _on_mesh(self, k):
-        """Points, normals (g, j, 3), triangles (g, j) and areas (g,) of the groups of a mesh's corners: each corner
-        stands for a third of its triangle, at the middle of that third."""
+        """As _of_cells, of the groups of a mesh's corners; share m^2. Each corner stands for a third of its triangle,
+        at the middle of that third."""
         scene = self.facets.scene
         shape, start = scene.surfaces[k].shape, self.facets.first[scene.shape_of[k]]
         group = self.corner[start : start + len(shape.triangles)].ravel()
@@ -186,7 +177,7 @@ class Nodes:
         pick = np.clip(np.searchsorted(cumulated, want), begin[:, None], last[:, None])
         pick = order[pick[:, np.argsort(square_lattice(PLACES)[:, 0])]]  # in an order that the first few are spread
         normals = scene.surfaces[k].sign * shape.corner_normals.reshape(-1, 3)
-        return points[pick], normals[pick], pick // 3, weight
+        return np.full(len(weight), k), np.full(len(weight), -1), weight, points[pick], normals[pick], pick // 3
 
     def uncover(self, new, hidden):
         """Leaves out places, hidden (k, PLACES) bool of the nodes new (k,), that nothing comes to: others of the same
@@ -296,6 +287,19 @@ class Nodes:
         new.merged = np.where(meshes, self.merged / 2, self.merged)
         new._lay_out(*self.lattice.split(cells), meshes, self)
         return new
+
+
+def _extent(shape):
+    """m^2 of a shape's whole chart; 1 of a mesh, whose parts are told in m^2."""
+    if isinstance(shape, Mesh):
+        return 1.0
+    return np.linalg.norm(np.cross(*shape.linear[:, :2].T)) if isinstance(shape, Polygon) else shape.area
+
+
+def _as_before(k, before):
+    """As Nodes._of_cells, of a mesh whose nodes are those of before."""
+    old, none = before.first[k] + np.arange(before.number[k]), np.zeros((0, PLACES, 3))
+    return np.full(len(old), k), old, before.share[old], none, none, np.zeros((0, PLACES), int)
 
 
 def _inside(polygon, corner, step, size, at):

@@ -223,6 +223,20 @@ def test_what_lies_on_a_table_hides_its_top_alone(kind, angle):
         assert received(solution, 3, (UNDER * 0.9) @ turn.T).max() < 1e-9
 
 
+@pytest.mark.parametrize("turn, size, sunk", [(0.0, 1.0, 0.0), (0.3, 1.0, 0.0), (0.3, 30.0, 0.0), (0.3, 1.0, 0.2)])
+def test_the_feet_of_what_stands_on_a_floor(turn, size, sunk):
+    """A black wall's foot has half of an even sky, and half of the floor, which there has half of the sky."""
+    turned = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1.0]]) * size
+    faces = [
+        Surface(Plane(turned @ s.shape.origin, turned @ s.shape.u, turned @ s.shape.v), 0.0, name=s.name)
+        for s in box((-1, -1, -sunk), (1, 1, 2))
+    ]
+    floor = Surface(Plane(turned @ [-6, -6.5, 0], turned @ [12, 0, 0], turned @ [0, 13, 0]), 0.8, name="floor")
+    solution = by_rays(Scene([floor, *faces], 1.0, rounding=BLENDER))
+    at = np.random.default_rng(0).uniform([1, -0.5, 1e-3], [1, 0.5, 1e-2], (100, 3))
+    assert received(solution, 2, at @ turned.T).mean() == pytest.approx(0.5 + 0.8 / 4, rel=0.04)
+
+
 def test_walls_that_two_rooms_share_are_lit_on_both_sides():
     near, far = box((0, 0, 0), (3, 3, 3), 0.5, inward=True), box((3, 0.5, 0.5), (5, 2.5, 2.5), 0.5, inward=True)
     lamps = [Surface(Sphere.at((x, 1.5, 1.5), 0.2), 0.0, 5.0) for x in (1.5, 4)]
