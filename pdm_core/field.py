@@ -13,7 +13,7 @@ import numpy as np
 
 from .charts import CHARTS, charts_of
 from .contacts import contacts_of
-from .scene import Sphere, unit
+from .shapes.shape import unit
 from .view import TOUCHING
 
 DEEPEST = 10  # levels of cells below a chart
@@ -70,7 +70,7 @@ def first_nodes(scene):
     across = charts.across
     lines = 2 * across + 1 + charts.jumps.sum(axis=2)
     flat = np.where(across.prod(axis=1) == 1, 25, lines.prod(axis=1))
-    return int(np.where([isinstance(s.shape, Sphere) for s in scene.surfaces], 26, flat).sum())
+    return int(np.where([s.shape.is_ball for s in scene.surfaces], 26, flat).sum())
 
 
 class Field:
@@ -81,7 +81,7 @@ class Field:
         layout = charts_of(scene)
         self.cuts, self.jumps, self.across = layout.cuts, layout.jumps, layout.across
         self.starts = layout.starts(GRID)  # (n surfaces, 2, CHARTS) in lattice steps
-        self.is_sphere = np.array([isinstance(s.shape, Sphere) for s in scene.surfaces])
+        self.is_sphere = np.array([s.shape.is_ball for s in scene.surfaces])
         self.charts = charts = np.where(self.is_sphere, 6, self.across.prod(axis=1))
         self.root = np.concatenate([[0], np.cumsum(charts)[:-1]])  # first root cell of each surface
         self._frames()
@@ -414,7 +414,7 @@ def crowded(field, smallest, touching, flat, wanted):
         near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * size))
         if not len(near):
             continue
-        if isinstance(shape, Sphere):
+        if shape.is_ball:
             reach2 = np.einsum("ni,ni->n", shape.local(points[near]), shape.local(points[near]))
             gap = shape.semi_axes[2] * (np.sqrt(reach2) - 1)
             least = np.where(gap < CLOSE * size[near], np.minimum(touching[k], touching[own[near]]), smallest)

@@ -21,15 +21,12 @@ from .checked import SceneError, array, index, number
 from .closed_forms import aligned_rectangles
 from .contacts import contacts_of, settle
 from .exchange import polygon_exchange
-from .facets import facets_of, in_pieces
-from .mesh import Mesh
 from .numerics import gauss_legendre, gauss_square
-from .polygon import Polygon
-from .scene import Plane, Scene, Sphere, Surface
+from .scene import Scene, Surface, in_pieces
+from .shapes.shape import Shape
 from .view import ShapeTable, segment_blocked, visible_factors
 from .visibility import Shafts
 
-FLAT = Plane | Polygon
 POINTS = 6  # Gauss points a direction in a cell
 ORDERS = (4, 6, 8, 10, 14, 20)  # Gauss points between two kinks, until two orders agree
 TIGHT = (1e-3, 1e-6)  # tolerances below which the first, and the second, of ORDERS need not be tried
@@ -81,7 +78,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     if len(wanted) < len(every):
         raise SceneError("form_factors: rows are not all finite; use indices of surfaces")
     start = time.perf_counter()
-    if any(isinstance(s.shape, Polygon | Mesh) for s in scene.surfaces):
+    if any(shape.plural for shape in scene.shapes):
         return _of_pieces(scene, rtol, wanted, start)
     scene = settle(scene)[0]
     shafts, counts = Shafts(scene), Counter()
@@ -91,7 +88,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     hidden = shafts.candidates(i, j)
     hidden[(i == j) & ~shafts.inside[i]] = -1  # what does not see itself is not hidden from itself
     occluded = (hidden >= 0).any(axis=1).reshape(n, n) if hidden.size else np.zeros((n, n), bool)
-    planes = np.array([isinstance(s.shape, Plane) for s in scene.surfaces])
+    planes = np.array([s.shape.is_flat for s in scene.surfaces])
     pairwise = planes & ~occluded.any(axis=1) & np.isin(np.arange(n), wanted)
     done = _closed_pairs(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), factors, error, counts)
     _contours(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), rtol, done, factors, error, counts)
@@ -189,7 +186,7 @@ def _contours(scene, rows, columns, rtol, done, factors, error, counts):
 def _row(scene, shafts, row, targets, hidden, rtol, most, counts):
     """Adaptive outer integral over surface row, of so much work at most, but for the first two levels -> factors and
     errors (targets,)."""
-    rows, columns = FIRST[isinstance(scene.surfaces[row].shape, Plane)]
+    rows, columns = FIRST[scene.surfaces[row].shape.is_flat]
     corner = np.stack(np.meshgrid(np.arange(rows) / rows, np.arange(columns) / columns, indexing="ij"), -1)
     corner = corner.reshape(-1, 2)
     size = np.array([1 / rows, 1 / columns])
@@ -271,12 +268,12 @@ def _kinks(scene, row, targets, hidden):
     None where not all of them are known: on spheres, behind planes, of balls that are hidden; or there are too many.
     """
     plane, found = scene.surfaces[row].shape, []
-    if not isinstance(plane, Plane) or plane.half or not (hidden >= 0).any():
+    if not plane.is_rectangle or not (hidden >= 0).any():
         return None
     for target, occluders in zip(targets, hidden):
         shape = scene.surfaces[target].shape
         for k in occluders[occluders >= 0]:
-            if not isinstance(shape, Plane) or isinstance(scene.shapes[k], Plane):
+            if not shape.is_flat or scene.shapes[k].is_flat:
                 return None
             found += _touching(plane, shape.corners, scene.shapes[k])
     curves = np.array(found)
@@ -372,7 +369,7 @@ def _broken_row(scene, shafts, row, targets, hidden, curves, rtol, counts):
 
 
 def _kind(surface):
-    return "plane" if isinstance(surface.shape, Plane) else "inside" if surface.is_inside else "ball"
+    return "plane" if surface.shape.is_flat else "inside" if surface.is_inside else "ball"
 
 
 def _from_points(scene, shafts, row, points, normals, targets, hidden, kind, counts):
@@ -419,20 +416,8 @@ def parametric(surface, st):
     A plane's are its own, a polygon's those of its bounding rectangle, without area outside it; a sphere's are
     (theta / pi, phi / 2 pi), theta from the pole, as in the paper. The area vectors point out of the side.
     """
-    s, t = st.T
-    shape = surface.shape
-    if isinstance(shape, Plane):
-        area = np.broadcast_to(surface.sign * np.cross(shape.u, shape.v), (len(st), 3))
-        area = area * (1 - t)[:, None] if shape.half else area
-        return shape.world(np.column_stack([s, t, 0 * s])), area
-    if isinstance(shape, Polygon):  # a patch that its loops trim
-        area = surface.sign * np.cross(shape.linear[:, 0], shape.linear[:, 1])
-        return shape.world(np.column_stack([s, t, 0 * s])), shape.contains(st)[:, None] * area
-    theta, phi = np.pi * s, 2 * np.pi * t
-    local = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-    area = 2 * np.pi**2 * np.sin(theta)[:, None] * local
-    cofactor = abs(np.linalg.det(shape.linear)) * shape.inverse
-    return shape.world(local), surface.sign * (area @ cofactor)
+    points, area = surface.shape.parametric(st)
+    return points, surface.sign * area
 
 
 def patch_samples(surface, divisions, points):
@@ -463,7 +448,7 @@ def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occl
     for surface in (a, b):
         if not isinstance(surface, Surface):
             raise SceneError(f"pdm_form_factor takes two Surfaces, not {surface!r}")
-    if not isinstance(occluders, tuple | list) or not all(isinstance(shape, FLAT | Sphere) for shape in occluders):
+    if not isinstance(occluders, tuple | list) or not all(isinstance(s, Shape) and not s.is_mesh for s in occluders):
         raise SceneError(f"pdm_form_factor: occluders are {occluders!r}; give a list of Planes, Spheres and Polygons")
     counts = [array(k, "pdm_form_factor: divisions and points") for k in (divisions_a, divisions_b, points)]
     whole = all(np.isfinite(k).all() and (k == np.floor(k)).all() and (k >= 1).all() for k in counts)
@@ -472,7 +457,7 @@ def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occl
     divisions_a, divisions_b, points = (k.astype(int).tolist() for k in counts)
     pa, na = patch_samples(a, divisions_a, points)
     pb, nb = patch_samples(b, divisions_b, points)
-    occluders = [part for s in occluders for part in (facets_of(s) if isinstance(s, Polygon) else [s])]
+    occluders = [part for shape in occluders for part in shape.pieces]
     table = ShapeTable(tuple(occluders)) if occluders else None
     total = 0.0
     step = max(1, SEGMENTS_AT_ONCE // len(pb))

@@ -17,7 +17,7 @@ from .closed_forms import divide, dot, polygon_unoccluded
 from .error_estimates import DECAY, decay
 from .field import basis, graded, graded_slope
 from .numerics import Block, gauss_legendre
-from .scene import unit
+from .shapes.shape import unit
 from .visibility import Shadows
 
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver

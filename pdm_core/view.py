@@ -11,7 +11,7 @@ import numpy as np
 from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded, transform
 from .numerics import gauss_legendre
 from .regions import Balls, Occluders, ball_source, covers_directions, polygon_region, sky_source, visible_integral
-from .scene import Sphere, tolerance_of
+from .shapes.shape import tolerance_of
 
 # Depth, relative to the shapes' size, up to which shapes that cross count as touching and planes as flush: Blender's
 # single-precision vertices are off by a tenth of it. What it costs is of the same size, and only in such places.
@@ -32,7 +32,7 @@ class ShapeTable:
         count = len(shapes)
         self.rounding = tolerance_of(shapes)
         self.tolerance = self.rounding if tolerance is None else tolerance
-        self.is_ball = np.array([isinstance(s, Sphere) for s in shapes])
+        self.is_ball = np.array([s.is_ball for s in shapes])
         self.origin = np.array([s.bounds[0] for s in shapes]).T.copy()
         self.bound = np.array([s.bounds[1] for s in shapes])  # radius of a sphere about the origin
         self.corners = np.zeros((3, 4, count))
@@ -40,8 +40,7 @@ class ShapeTable:
         self.half = np.array([s.half for s in shapes])  # triangles, whose last corner is there twice
         self.radius = np.zeros(count)  # of round balls; 0 for ellipsoids
         # the tolerance in local coordinates: of heights over planes, of depths in ellipsoids along their least axes
-        unit_length = [s.semi_axes[2] if isinstance(s, Sphere) else np.sqrt(s.area) for s in shapes]
-        self.slack = self.tolerance / np.array(unit_length)
+        self.slack = self.tolerance / np.array([s.unit_height for s in shapes])
         for k, shape in enumerate(shapes):
             if not self.is_ball[k]:
                 self.corners[:, :, k], self.inverse[:, :, k] = shape.corners.T, shape.inverse

@@ -7,7 +7,6 @@ import numpy as np
 
 from .closed_forms import cross, dot, polygon_unoccluded, transform
 from .contacts import contacts_of
-from .scene import Sphere
 from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, visible_factors
 
 STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
@@ -28,7 +27,7 @@ class Shafts:
         self.eps = scene.tolerance
         self.is_plane = ~self.table.is_ball
         self.centre, self.radius = self.table.origin.T, self.table.bound
-        self.normal = np.array([s.normal if not isinstance(s, Sphere) else np.zeros(3) for s in scene.shapes])
+        self.normal = np.array([s.normal for s in scene.shapes])
         self.low, self.high = self._heights()
         self.shape = scene.shape_of
         self.sign = np.array([s.sign for s in scene.surfaces])
@@ -80,13 +79,10 @@ class Shafts:
         low = np.einsum("pi,ki->pk", self.normal, self.centre)
         low -= np.einsum("pi,pi->p", self.normal, self.centre)[:, None]
         high = low.copy()
-        for k, shape in enumerate(self.scene.shapes):  # support of an affine ball, or of a parallelogram's corners
-            if isinstance(shape, Sphere):
-                reach = np.linalg.norm(self.normal @ shape.linear, axis=1)
-                low[:, k], high[:, k] = low[:, k] - reach, high[:, k] + reach
-            else:
-                height = self.normal @ (shape.corners - self.centre[k]).T
-                low[:, k], high[:, k] = low[:, k] + height.min(axis=1), high[:, k] + height.max(axis=1)
+        for k, shape in enumerate(self.scene.shapes):
+            below, above = shape.extent(self.normal)
+            low[:, k] += below
+            high[:, k] += above
         return low, high
 
     def may_hide(self, a, b, around=None):
@@ -329,14 +325,12 @@ class Factors:
     def __init__(self, scene, shafts, counts):
         self.scene, self.shafts, self.counts = scene, shafts, counts
         shapes = [s.shape for s in scene.surfaces]
-        self.is_sphere = np.array([isinstance(s, Sphere) for s in shapes])
+        self.is_sphere = np.array([s.is_ball for s in shapes])
         self.is_inside = np.array([s.is_inside for s in scene.surfaces])
         self.origin = np.array([s.origin for s in shapes])
         self.inverse = np.array([s.inverse for s in shapes])
-        self.corners = np.array([s.origin + np.zeros((4, 3)) if isinstance(s, Sphere) else s.corners for s in shapes])
-        self.front = np.array(
-            [np.zeros(3) if isinstance(x.shape, Sphere) else x.sign * x.shape.normal for x in scene.surfaces]
-        )
+        self.corners = np.array([s.corners for s in shapes])
+        self.front = np.array([s.sign * s.shape.normal for s in scene.surfaces])
 
     def facing(self, points, source):
         """(m,) Whether points (m, 3) are before the planes of sources (m,)."""

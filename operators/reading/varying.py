@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...pdm_core.scene import unit
+from ...pdm_core.shapes.shape import unit
 from .nearest_face import NearestFace
 from .node_values import evaluate
 

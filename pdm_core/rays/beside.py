@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from ..mesh import Mesh
-from ..scene import Plane, Sphere
 from .facets import KEPT
-from .placed import LIFTED, Placed
+from .placed import Placed
 
 ON = 4.0  # tolerances within which a point lies on another shape
 ALIKE = 1e-3  # sine up to which two shapes lie in one plane
@@ -27,9 +25,9 @@ class Beside:
     def __init__(self, facets):
         scene = facets.scene
         self.scene, self.tolerance, self.centre = scene, facets.tolerance, facets.centre
-        flat = np.array([k for k, s in enumerate(scene.shapes) if not isinstance(s, Sphere | Mesh)], int)
+        flat = facets.flat
         self.shapes = [scene.shapes[k] for k in flat]
-        corners = [s.corners if isinstance(s, Plane) else s.outline for s in self.shapes]
+        corners = [shape.outline for shape in self.shapes]
         reach = ON * facets.tolerance
         self.low = np.array([c.min(axis=0) for c in corners]).reshape(-1, 3) - reach
         self.high = np.array([c.max(axis=0) for c in corners]).reshape(-1, 3) + reach
@@ -61,9 +59,9 @@ class Beside:
         number = self.scene.shape_of[surface]
         for k in np.unique(number[self.place[number] < 0]):
             shape = self.scene.shapes[k]
-            if not isinstance(shape, Mesh):
+            if not shape.is_mesh:
                 continue
-            reach = LIFTED * np.sqrt(shape.areas.max()) + KEPT * self.tolerance
+            reach = shape.reach(KEPT * self.tolerance)
             some = np.flatnonzero(number == k)
             points = receivers.exact[some]
             centre, low, high = shape.bounds[0], points.min(axis=0) - reach, points.max(axis=0) + reach
