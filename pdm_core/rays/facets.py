@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ..contacts import near
+from ..shapes.plane import Planes
 from ..shapes.shape import unit
 
 KEPT = 16.0  # tolerances that points keep from the borders of their shapes
@@ -22,6 +23,7 @@ class Facets:
 
     origin, u, v (m, 3) m about `centre` (3,); triangle (m,) bool; chart (m, 2, 3): chart position = chart @ (1, s, t);
     of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2): that of the front and of the back, or -1;
+    planes, plane_of (n shapes,): the rectangles among them, and which of those each is, or -1; own, flat: see there;
     ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n shapes,): each shape's first facet; moved (n
     shapes,) m: how far along its normal each is, that layers in one plane be parted.
     """
@@ -38,6 +40,11 @@ class Facets:
         count = np.array([len(part[0]) for part in parts])
         balls = np.flatnonzero(count == 0)
         self.flat = np.flatnonzero([shape.is_flat for shape in shapes])  # shapes in a plane
+        rectangles = [k for k, shape in enumerate(shapes) if shape.is_rectangle]
+        self.planes, self.plane_of = Planes([shapes[k] for k in rectangles]), np.full(len(shapes), -1)
+        self.plane_of[rectangles] = np.arange(len(rectangles))
+        # the shape that points on each do not meet: its own, but for what may hide parts of itself
+        self.own = np.where([shape.is_mesh for shape in shapes], -1, np.arange(len(shapes)))
         self.shape = np.concatenate([np.repeat(np.arange(len(shapes)), count), balls])
         self.first = np.cumsum(count) - count
         self.first[balls] = len(origin) + np.arange(len(balls))

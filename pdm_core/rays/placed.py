@@ -18,19 +18,21 @@ class Placed(Receivers):
     """
 
     def __init__(self, facets, surface, points, normals=None, middle=None, triangle=None):
-        scene = facets.scene
         out, normal = np.array(points, float), np.zeros((len(points), 3))
-        own, start = np.full(len(points), -1), np.zeros(len(points))
-        inside = np.zeros(len(points), bool)
+        sides, shape = facets.scene.surfaces, facets.scene.shape_of[surface]
+        sign = np.array([side.sign for side in sides])[surface]
+        inside = np.array([side.is_inside for side in sides])[surface]
+        own, least = facets.own[shape], KEPT * facets.tolerance
+        which = facets.plane_of[shape]
+        flat, rest = np.flatnonzero(which >= 0), np.flatnonzero(which < 0)
+        out[flat] = facets.planes.inset(which[flat], out[flat], least)
+        normal[flat] = sign[flat, None] * facets.planes.normal[which[flat]]
         given = {"normals": normals, "middle": middle, "triangle": triangle}
-        for k, some in runs_of(surface):
-            side, number, least = scene.surfaces[k], scene.shape_of[k], KEPT * facets.tolerance
+        for k, some in runs_of(surface[rest]):
+            some = rest[some]
             told = {what: a[some] for what, a in given.items() if a is not None}
-            out[some], normal[some] = side.shape.receiving(out[some], side.sign, least, **told)
-            out[some] += facets.moved[number] * side.sign * normal[some]
-            sees_itself = side.shape.is_mesh or side.is_inside
-            own[some] = -1 if side.shape.is_mesh else number
-            inside[some] = side.is_inside
-            start[some] = facets.tolerance if sees_itself else -MET * facets.tolerance
+            out[some], normal[some] = sides[k].shape.receiving(out[some], sides[k].sign, least, **told)
+        out += (facets.moved[shape] * sign)[:, None] * normal
+        start = np.where((own < 0) | inside, facets.tolerance, -MET * facets.tolerance)
         super().__init__(out - facets.centre, normal, own, start, inside)
         self.surface, self.exact = surface, out

@@ -30,7 +30,7 @@ class Emitter(Source):
         scene = facets.scene
         self.index, self.surface, self.shape = index, scene.surfaces[index], scene.surfaces[index].shape
         super().__init__(scene.emission[index], self.surface.name)
-        self.skip = -1 if self.shape.is_mesh else scene.shape_of[index]
+        self.skip = facets.own[scene.shape_of[index]]
         self.lift, self.tolerance = self.shape.lift, facets.tolerance
 
     def unoccluded(self, points, normals):
