@@ -15,7 +15,8 @@ import numpy as np
 
 from .closed_forms import divide, dot, polygon_unoccluded
 from .error_estimates import DECAY, decay
-from .field import basis, graded, graded_slope
+from .field import basis
+from .field_charts import graded, graded_slope
 from .numerics import Block, gauss_legendre
 from .shapes.shape import unit
 from .visibility import Shadows
@@ -84,9 +85,7 @@ class Gather:
 
     def __init__(self, field, factors, sources):
         self.field, self.factors = field, factors
-        self.flat = sources[~factors.is_sphere[sources]]
-        self.balls = sources[factors.is_sphere[sources] & ~factors.is_inside[sources]]
-        self.rooms = sources[factors.is_inside[sources]]
+        self.flat, self.balls, self.rooms = (sources[k] for k in factors.by_kind(sources))
         self.silent, self.sum_tells = factors.shafts.silent(sources), factors.shafts.sum_tells(sources)
         linear = np.array([s.shape.linear for s in factors.scene.surfaces])
         u, v = linear[:, :, 0].T.copy(), linear[:, :, 1].T.copy()
@@ -95,7 +94,7 @@ class Gather:
         everyone = np.arange(len(field.level))
         chart = field.chart_of(everyone)
         self.corner = field.in_chart(everyone).T  # of cells (2, n); their charts begin and extend so along the edges
-        self.begin, end = (field.cuts[field.surface, ((0,), (1,)), chart.T + k] for k in (0, 1))
+        self.begin, end = (field.kinds[0].cuts[field.surface, ((0,), (1,)), chart.T + k] for k in (0, 1))
         self.extent = end - self.begin
         self.by_surface = np.argsort(field.node_surface, kind="stable")  # nodes in the order of a block's columns
         self.rank = np.argsort(self.by_surface)

@@ -12,6 +12,7 @@ from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, vis
 STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
 CLOSED = 1e-6  # difference from 1 of what walls fill that counts as none: Blender's coordinates are single
+ROOM = 2  # a ball seen from within, of kinds of sources
 SILENT = 3  # surfaces that send nothing whose factors it pays to find, to be spared one of a plane
 PAIRS = 1 << 16
 VIEWS = 1 << 18  # (point, shape) entries compared with a polygon's edges at once
@@ -325,12 +326,16 @@ class Factors:
     def __init__(self, scene, shafts, counts):
         self.scene, self.shafts, self.counts = scene, shafts, counts
         shapes = [s.shape for s in scene.surfaces]
-        self.is_sphere = np.array([s.is_ball for s in shapes])
-        self.is_inside = np.array([s.is_inside for s in scene.surfaces])
+        # planes, balls from outside, balls from within
+        self.kind = shafts.table.is_ball[shafts.shape] + 1 * shafts.inside
         self.origin = np.array([s.origin for s in shapes])
         self.inverse = np.array([s.inverse for s in shapes])
         self.corners = np.array([s.corners for s in shapes])
         self.front = np.array([s.sign * s.shape.normal for s in scene.surfaces])
+
+    def by_kind(self, source):
+        """Indices (k,) into sources (m,), surfaces: planes, balls seen from outside, balls seen from within."""
+        return [np.flatnonzero(self.kind[source] == kind) for kind in range(ROOM + 1)]
 
     def facing(self, points, source):
         """(m,) Whether points (m, 3) are before the planes of sources (m,)."""
@@ -340,16 +345,15 @@ class Factors:
     def pairs(self, points, normals, surface, source):
         """points, normals (m, 3) on surfaces (m,) (-1: free), source surfaces (m,) -> form factors (m,)"""
         out = np.zeros(len(points))
-        flat = np.flatnonzero(~self.is_sphere[source])
+        flat, ball, room = self.by_kind(source)
         x, n, corners = points.take(flat, axis=0), normals.take(flat, axis=0), self.corners.take(source[flat], axis=0)
         above = np.einsum("nki,ni->nk", corners - x[:, None], n).max(axis=1) > 0
         keep = np.flatnonzero(self.facing(x, source[flat]) & above)
         flat, x, n, corners = flat[keep], *(a.take(keep, axis=0) for a in (x, n, corners))
         out[flat] = self.visible(x, n, surface[flat], source[flat], corners)
-        ball = np.flatnonzero(self.is_sphere[source] & ~self.is_inside[source] & self.elsewhere(surface, source))
+        ball = ball[self.elsewhere(surface[ball], source[ball])]
         ball = ball[~self.inside(points[ball], source[ball])]
         out[ball] = self.visible(points.take(ball, axis=0), normals.take(ball, axis=0), surface[ball], source[ball])
-        room = np.flatnonzero(self.is_inside[source])
         elsewhere = self.elsewhere(surface[room], source[room])
         room = room[(surface[room] == source[room]) | (elsewhere & self.inside(points[room], source[room]))]
         for s in np.unique(source[room]):
@@ -381,7 +385,7 @@ class Factors:
         own = np.where(surface >= 0, self.shafts.shape[surface], -1)
         occluders = np.tile(np.arange(len(self.scene.shapes)), (len(points), 1))
         occluders[occluders == own[:, None]] = -1  # a convex shape hides nothing from its own points
-        open_air = np.flatnonzero(~((surface >= 0) & self.is_inside[surface]))
+        open_air = np.flatnonzero(~((surface >= 0) & (self.kind[surface] == ROOM)))
         out = np.zeros(len(points))
         x, n, nowhere = points[open_air], normals[open_air], np.full(len(open_air), -1)
         out[open_air] = visible_factors(self.shafts.table, x, n, nowhere, None, occluders[open_air], True, self.counts)

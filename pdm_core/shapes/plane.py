@@ -106,13 +106,8 @@ class Plane(Flat):
         return self.world(local)
 
     def inset(self, points, least):
-        """points (n, 3) m -> nearest points (n, 3) m that keep at least so many m, and INSET, from the border."""
-        local = self.local(points)
-        edges = np.linalg.norm(self.linear[:, :2], axis=0)
-        border = np.minimum(np.maximum(INSET, least / edges), 0.25)
-        local[:, :2] = np.clip(local[:, :2], border, 1 - border)
-        local[:, 2] = 0.0
-        return self.world(local)
+        """As Planes.inset."""
+        return Planes([self]).inset(np.zeros(len(points), int), points, least)
 
     def factor(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for radiance 1, nothing hiding it."""
@@ -187,3 +182,33 @@ class Facet(Plane):
     def problem(self):
         """None: what is wrong with the whole has been said, and a part may be narrow."""
         return None
+
+
+class Planes:
+    """Many planes as arrays: points (n, 3) m belong to those of the indices which (n,)."""
+
+    def __init__(self, planes):
+        self.origin, self.twist, self.normal = (
+            np.array([getattr(p, name) for p in planes]).reshape(-1, 3) for name in ("origin", "twist", "normal")
+        )
+        self.linear, self.inverse = (
+            np.array([getattr(p, name) for p in planes]).reshape(-1, 3, 3) for name in ("linear", "inverse")
+        )
+        self.edges = np.linalg.norm(self.linear[:, :, :2], axis=1)  # (planes, 2) m
+
+    def inset(self, which, points, least):
+        """Nearest points (n, 3) m that keep at least so many m, and INSET, from the borders."""
+        border = np.minimum(np.maximum(INSET, least / self.edges[which]), 0.25)
+        return self._world(which, np.clip(self._local(which, points), border, 1 - border))
+
+    def project(self, which, points):
+        """Nearest points (n, 3) m, along the edges where they are not upright."""
+        return self._world(which, np.clip(self._local(which, points), 0.0, 1.0))
+
+    def _local(self, which, points):
+        offset = points - self.origin[which]
+        return np.einsum("nij,nj->ni", self.inverse[which, :2], offset)
+
+    def _world(self, which, at):
+        affine = np.einsum("nij,nj->ni", self.linear[which, :, :2], at)
+        return self.origin[which] + affine + at[:, :1] * at[:, 1:] * self.twist[which]
