@@ -10,9 +10,10 @@ import numpy as np
 
 from .. import each_surface
 from ..error_estimates import leaf_errors
-from ..gather import Detail, Received
 from ..numerics import Rows, gmres
 from ..plan import proportional_channels
+from .gather import Detail
+from .received import Received
 
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
 MAX_KRYLOV = 60

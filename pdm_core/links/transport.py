@@ -11,10 +11,10 @@ import numpy as np
 from ..checked import SceneError
 from ..contacts import contacts_of, settle
 from ..field import Field
-from ..gather import Gather
 from ..numerics import Rows
 from ..plan import MEMORY, plan
 from ..visibility import Factors, Shafts
+from .gather import Gather
 
 FACTORS = 1 << 10  # of lights, and of the background as many as there are shapes, between two signs of life
 CELL_NODES = 20  # that splitting a cell adds, with the neighbours that have to follow

@@ -9,7 +9,7 @@ from rooms import cube_planes
 from pdm_core import Plane, Scene, Surface, each_surface, radiosity, solve
 from pdm_core.charts import STRIP, charts_of
 from pdm_core.field import Field, first_nodes
-from pdm_core.gather import Detail, Gather
+from pdm_core.links.gather import Detail, Gather
 from pdm_core.numerics import Rows, gauss_square
 from pdm_core.visibility import Factors, Shafts
 

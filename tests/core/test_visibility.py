@@ -9,7 +9,7 @@ from test_view import BALLS, ELLIPSOIDS, SCREENS, floor_points, free_points
 
 from pdm_core import Scene, Sphere, Surface
 from pdm_core.field import Field
-from pdm_core.gather import Detail, Gather
+from pdm_core.links.gather import Detail, Gather
 from pdm_core.numerics import Rows
 from pdm_core.plan import plan
 from pdm_core.view import segment_blocked
