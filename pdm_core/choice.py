@@ -21,7 +21,7 @@ class Choice:
 
 def choose(scene, target):
     """The Choice for a Scene and a target error."""
-    needs = sorted({shape.plural for shape in scene.shapes if shape.plural})
+    needs = sorted({shape.plural for shape in scene.shapes} - {None})
     needs += ["lights"] * bool(scene.lights) + ["a background that varies"] * (scene.sky is not None)
     needs += ["surfaces that vary"] * any(surface.varies for surface in scene.surfaces)
     if needs:

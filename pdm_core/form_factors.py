@@ -38,7 +38,6 @@ CELLS = 20000  # most cells of one surface
 EXACT, SAMPLED, WORK = 4, 180, 45_000_000
 NAMED = 3  # pairs in a warning
 LEAST = 1e-12  # factors below it need no digits
-FIRST = {True: (1, 1), False: (2, 4)}  # cells a surface starts with: planes, spheres
 PEAKS = 16.0, 4.0  # sizes of surfaces, and of cells, of their distance from a target whose peak their nodes may miss
 SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
 GAIN = 1.0  # how much better four children may be trusted to be than their difference from their parent
@@ -186,7 +185,7 @@ def _contours(scene, rows, columns, rtol, done, factors, error, counts):
 def _row(scene, shafts, row, targets, hidden, rtol, most, counts):
     """Adaptive outer integral over surface row, of so much work at most, but for the first two levels -> factors and
     errors (targets,)."""
-    rows, columns = FIRST[scene.surfaces[row].shape.is_flat]
+    rows, columns = scene.surfaces[row].shape.first_cells
     corner = np.stack(np.meshgrid(np.arange(rows) / rows, np.arange(columns) / columns, indexing="ij"), -1)
     corner = corner.reshape(-1, 2)
     size = np.array([1 / rows, 1 / columns])

@@ -46,7 +46,7 @@ class Shafts:
 
     def _walls(self):
         """Surfaces of walls, if every other shape has a surface wherever it can be seen; else none."""
-        sides = np.zeros((len(self.is_plane), 2), bool)
+        sides = np.zeros((len(self.scene.shapes), 2), bool)
         sides[self.shape, (self.sign > 0).astype(int)] = True
         whole = np.where(self.is_plane, sides.all(axis=1), sides[:, 1]) | self.wall
         if not whole.all() or self.inside.any():

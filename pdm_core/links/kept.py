@@ -5,8 +5,7 @@ import numpy as np
 from ..checked import SceneError
 from ..error_flow import areas_of_nodes
 from ..kept import KeptGroups, group
-
-UNSEEN = 1e-12  # factor of a source of which nothing is seen
+from .received import UNSEEN
 
 
 class KeptLinks(KeptGroups):

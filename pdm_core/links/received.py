@@ -1,8 +1,8 @@
 """Indirect light between the nodes of a surface, source by source.
 
-What x receives from source s is F(x, s) M(x, s), the visible form factor, with all its shadows,
-corners and contacts, times the mean radiance of what x sees of s, which varies little. For the sources that matter M
-is interpolated and F is taken exactly at x; the others are interpolated as a sum.
+What x receives from source s is F(x, s) M(x, s), the visible form factor, with all its shadows, corners and contacts,
+times the mean radiance of what x sees of s, which varies little. For the sources that matter M is interpolated and F
+is taken exactly at x; the others are interpolated as a sum.
 """
 
 import copy
@@ -11,6 +11,7 @@ import numpy as np
 
 from ..error_estimates import DECAY, decay
 
+UNSEEN = 1e-12  # factor of a source of which nothing is seen
 MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
 
 
@@ -42,7 +43,7 @@ class Received:
         around = (weight[nodes][..., None] * means[nodes]).sum(axis=1)
         np.add.at(share, nodes, near[:, None])
         np.add.at(total, nodes, around[:, None])
-        unseen = weight <= 1e-12
+        unseen = weight <= UNSEEN
         means = means.copy()
         guess = np.where((share > 0)[..., None], total / np.maximum(share, 1e-300)[..., None], overall)
         means[unseen] = guess[unseen]

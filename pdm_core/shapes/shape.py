@@ -56,6 +56,7 @@ class Shape:
     plural = None  # of what links do not know as it is
     lift = 0.0  # m; what points are lifted off it that stand for its light
     wraps = False  # whether its second parameter runs around it
+    first_cells = 1, 1  # along its parameters, where an integral over it begins
 
     @cached_property
     def inverse(self):

@@ -15,6 +15,7 @@ class Sphere(Shape):
 
     is_ball = wraps = True
     facet_count = 0
+    first_cells = 2, 4
 
     def __init__(self, matrix):
         self.matrix = vector(matrix, (4, 4), "Sphere matrix")
