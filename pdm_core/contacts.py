@@ -13,8 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from .scene import Scene
+from .shape_table import ShapeTable
 from .shapes.shape import tolerance_of
-from .view import ShapeTable, against_dome
+from .view import against_dome
 
 PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apart by ten
 CLEAR = 8.0  # tolerances that points keep from what stands on their surface

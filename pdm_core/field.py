@@ -14,8 +14,8 @@ import numpy as np
 from .charts import CHARTS, charts_of
 from .contacts import contacts_of
 from .field_charts import Cubes, Rectangles
+from .shape_table import TOUCHING
 from .shapes.shape import unit
-from .view import TOUCHING
 
 DEEPEST = 10  # levels of cells below a chart
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart

@@ -9,11 +9,12 @@ import numpy as np
 
 from .checked import SceneError, index, number, vectors
 from .closed_forms import divide
-from .form_factors import SEGMENTS_AT_ONCE, patch_samples, published_kernel
+from .published import SEGMENTS_AT_ONCE, patch_samples, published_kernel
 from .read_off import runs_of
+from .sampled import segment_blocked
 from .scene import Scene
+from .shape_table import ShapeTable
 from .signs_of_life import finish
-from .view import ShapeTable, segment_blocked
 
 MOST_PATCHES = 4000  # their matrix is dense
 

@@ -8,7 +8,7 @@ from ..closed_forms import divide, dot, polygon_unoccluded
 from ..field import basis
 from ..field_charts import graded, graded_slope
 from ..numerics import gauss_legendre
-from ..visibility import Shadows
+from ..shadows import Shadows
 
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
 PAIRS = 2048  # of points and source planes whose cells are sorted out at once

@@ -14,8 +14,8 @@ from ..ears import triangulated
 from ..nearest import NearestTriangle
 from .mesh_light import MeshLight
 from .plane import Facet
-from .shape import FLATTEST, Shape, square_lattice, unit
-from .triangles import INNER, barycentric, inner
+from .shape import FLATTEST, Shape, unit
+from .triangles import INNER, barycentric, inner, spread_over
 
 LIFTED = 1e-4  # of a triangle's size: what points that give or receive light are lifted off it
 
@@ -251,13 +251,7 @@ class Mesh(Shape):
 
     def spread(self, count):
         """Points (count, 3) m spread evenly over the area."""
-        ends = np.cumsum(self.areas[self._tree.order])  # neighbours follow each other
-        s, t = square_lattice(count).T
-        k = np.minimum(np.searchsorted(ends, s * ends[-1], side="right"), len(ends) - 1)
-        s = np.clip((s * ends[-1] - ends[k]) / self.areas[self._tree.order[k]] + 1, 0.0, 1.0)
-        s, t = np.sqrt(s)[:, None], t[:, None]
-        p, q, r = np.moveaxis(self._points[self._tree.order[k]], 1, 0)
-        return (1 - s) * p + s * ((1 - t) * q + t * r)
+        return spread_over(self._points[self._tree.order], count)  # neighbours follow each other
 
     def problem(self):
         """What is wrong with the shape, as a sentence, or None."""

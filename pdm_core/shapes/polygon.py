@@ -16,7 +16,7 @@ from ..outlines import crossing, edges_of, enclosed, moments, nearest_on_edges, 
 from .pieces import rectangles
 from .plane import Facet
 from .shape import FLATTEST, INSET, Flat, square_lattice, unit
-from .triangles import inner
+from .triangles import into_triangles, spread_over
 
 FLAT = 1e-4  # of the extent: corners no further from their plane are put into it, single precision's among them
 SINGLE = 4 * 2**-24  # of the coordinates: what single precision and a matrix may move corners by
@@ -26,8 +26,6 @@ LONGEST = 64  # edges among which the bounding rectangle's direction is sought
 STRAIGHT = 1e-6  # of the extent: corners nearer to the line between their neighbours are no corners to a ray
 TIED = 1e-4, 1e-6  # relative: areas of rectangles, and lengths of their edges, that count as equal
 ENTRIES = 16384  # (point, edge) pairs in one contour integral: their arrays stay in a second-level cache
-MEET = 1e-7  # difference of barycentric coordinates up to which a point is next to several triangles alike
-PAIRS = 1 << 18  # of points and triangles compared at once
 TRIES = 64  # points of the lattice, of those wanted, that are tried before triangles are gone through
 
 
@@ -155,6 +153,11 @@ class Polygon(Flat):
         loops = [loop[k] for loop, k in zip(self._loops, kept)]
         return np.concatenate(loops)[triangulated([loop[k] for loop, k in zip(self._flat_loops, kept)])]
 
+    @property
+    def _few_in_chart(self):
+        """(k, 3, 2): few_triangles in local coordinates."""
+        return self.local(self.few_triangles.reshape(-1, 3))[:, :2].reshape(-1, 3, 2)
+
     @cached_property
     def pieces(self):
         """[Plane] rectangles where all its corners are right angles, else triangles."""
@@ -168,8 +171,7 @@ class Polygon(Flat):
     @property
     def facets(self):
         """What rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart (k, 2, 3), see rays.facets."""
-        corners = self.few_triangles
-        at = self.local(corners.reshape(-1, 3))[:, :2].reshape(-1, 3, 2)
+        corners, at = self.few_triangles, self._few_in_chart
         chart = np.stack([at[:, 0], at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=2)
         o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         return o, u, v, np.ones(len(o), bool), chart
@@ -220,30 +222,9 @@ class Polygon(Flat):
         border = max(INSET * np.sqrt(self.area), least)
         outer = np.flatnonzero(~self.contains(local, border))
         at = self.local(self.project(points[outer]))[:, :2]
-        local[outer, :2] = self._in_triangles(at) if len(outer) else at
+        local[outer, :2] = into_triangles(at, self._few_in_chart) if len(outer) else at
         local[:, 2] = 0.0
         return self.world(local)
-
-    def _in_triangles(self, at):
-        """Chart positions (n, 2) moved into the triangles that they lie in or next to; where several meet, to the
-        middle: at a corner that points inwards a single one would see along one of its edges alone."""
-        corners = self.local(self.few_triangles.reshape(-1, 3))[:, :2].reshape(-1, 3, 2)
-        a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        det = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-        det = np.where(det == 0, np.inf, det)
-        out = np.empty_like(at)
-        step = max(1, PAIRS // len(a))
-        for start in range(0, len(at), step):
-            d = at[start : start + step, None] - a
-            s = (d[..., 0] * v[:, 1] - d[..., 1] * v[:, 0]) / det
-            t = (u[:, 0] * d[..., 1] - u[:, 1] * d[..., 0]) / det
-            bary = np.stack([1 - s - t, s, t], axis=-1)
-            least = bary.min(axis=-1)
-            point, k = np.nonzero(least >= least.max(axis=1, keepdims=True) - MEET)
-            place = np.einsum("nk,nki->ni", inner(bary[point, k]), corners[k])
-            count = np.bincount(point, minlength=len(least))
-            out[start : start + step] = np.stack([np.bincount(point, c, len(least)) / count for c in place.T], axis=1)
-        return out
 
     def spread(self, count):
         """Points (count, 3) m spread evenly over the area."""
@@ -252,17 +233,7 @@ class Polygon(Flat):
         local = local[self.contains(local)][:count]
         points = self.world(np.column_stack([local, np.zeros(len(local))]))
         rest = count - len(points)
-        return np.concatenate([points, self._over_triangles(rest)]) if rest else points
-
-    def _over_triangles(self, count):
-        """Points (count, 3) m, of a share for each triangle by its area."""
-        p, q, r = np.moveaxis(self.triangles, 1, 0)
-        ends = np.cumsum(np.linalg.norm(np.cross(q - p, r - p), axis=1))
-        s, t = square_lattice(count).T
-        k = np.minimum(np.searchsorted(ends, s * ends[-1], side="right"), len(ends) - 1)
-        s = (s * ends[-1] - ends[k]) / np.diff(ends, prepend=0.0)[k] + 1
-        s = np.sqrt(np.clip(s, 0.0, 1.0))[:, None]
-        return (1 - s) * p[k] + s * ((1 - t[:, None]) * q[k] + t[:, None] * r[k])
+        return np.concatenate([points, spread_over(self.triangles, rest)]) if rest else points
 
     def problem(self):
         """What is wrong with the shape, as a sentence, or None."""

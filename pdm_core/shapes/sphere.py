@@ -6,7 +6,8 @@ import numpy as np
 
 from ..checked import number, vector
 from ..coincident import REACHES
-from ..view import ShapeTable, visible_factors
+from ..shape_table import ShapeTable
+from ..view import visible_factors
 from .shape import FLATTEST, Shape, lattice, unit
 
 
