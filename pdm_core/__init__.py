@@ -1,13 +1,16 @@
 """Diffuse light between exact flat shapes and spheres, and meshes: form factors, radiosity, gathering. Needs numpy."""
 
 from .checked import SceneError
-from .form_factors import FormFactors, form_factors, pdm_form_factor
+from .form_factors import FormFactors, form_factors
 from .lights import AreaLight, PointLight, SpotLight, SunLight
-from .mesh import Mesh
 from .plan import Plan, plan
-from .polygon import Polygon
+from .published import pdm_form_factor
 from .radiosity import Progress, Solution, solve, solve_steps
-from .scene import Light, Plane, Scene, Sphere, Surface
+from .scene import Light, Scene, Surface
+from .shapes.mesh import Mesh
+from .shapes.plane import Plane
+from .shapes.polygon import Polygon
+from .shapes.sphere import Sphere
 
 __all__ = [
     "AreaLight",

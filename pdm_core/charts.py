@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .contacts import CLEAR, contacts_of, entries
-from .scene import Sphere
 
 CHARTS = 7  # along each edge of a plane, at most
 LINES, RIMS = 2, 2  # cuts along each edge at most, at contacts; rims of gaps, each of them with a strip on either side
@@ -72,12 +71,11 @@ def _chosen(line, at, jump, weight):
 
 def _rims(scene):
     """Where narrow gaps before planes end: surface, axis, at, weight (k,) of cuts; none of a line with many."""
-    planes = [shape for shape in scene.shapes if not isinstance(shape, Sphere)]
+    planes = contacts_of(scene).planes
     found = [np.zeros((3, 0))]
-    corners, radius = np.array([p.corners for p in planes]), np.array([p.bounds[1] for p in planes])
-    for k, surface in enumerate(scene.surfaces if planes else ()):
-        if isinstance(surface.shape, Sphere):
-            continue
+    corners, radius = planes.corners, planes.radius[planes.flat]
+    for k in np.flatnonzero(planes.flat[scene.shape_of]):
+        surface = scene.surfaces[k]
         local = surface.shape.local(corners.reshape(-1, 3)).reshape(corners.shape)
         height = surface.sign * local[..., 2] * np.sqrt(surface.shape.area)
         close = (height.min(axis=1) > NARROW[0] * radius) & (height.max(axis=1) < NARROW[1] * radius)

@@ -2,12 +2,9 @@
 
 from dataclasses import dataclass
 
-from .scene import Plane, Sphere
-
 # Fitted to measured runs of 5 to 300 boxes, balls and planes at targets of 4 to .25 %, on one thread.
 LINK, BLOCKED = 3e-5, 0.1  # s a pair of a node and a surface that face each other; more for each shape that may hide
 NODES, FACING = 25, 0.5  # of a surface at first; of the surfaces, that a node sees
-PLURALS = {"Polygon": "polygons", "Mesh": "meshes"}
 FINER_LINKS, FINER_RAYS = 0.5, 1.8  # powers of the target's reciprocal
 RAYS, RAYS_AT = 0.7, 8.0  # s of rays for any scene, and more at the target of 1 %
 
@@ -24,8 +21,7 @@ class Choice:
 
 def choose(scene, target):
     """The Choice for a Scene and a target error."""
-    kinds = {type(shape) for shape in scene.shapes} - {Plane, Sphere}
-    needs = sorted(PLURALS[kind.__name__] for kind in kinds)
+    needs = sorted({shape.plural for shape in scene.shapes} - {None})
     needs += ["lights"] * bool(scene.lights) + ["a background that varies"] * (scene.sky is not None)
     needs += ["surfaces that vary"] * any(surface.varies for surface in scene.surfaces)
     if needs:

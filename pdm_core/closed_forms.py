@@ -9,7 +9,6 @@ Spindler and Hahne 1981; Ehlert and Smith 1993).
 import numpy as np
 
 from .numerics import gauss_legendre
-from .scene import Plane
 
 ALIGNED = 1e-12  # sine of the angle from an axis that counts as none; the error made is of this size
 ROUND, ROUND_POINTS = 0.1, 32  # a circle seen from so near its axis: Gauss points that integrate it to rounding
@@ -84,6 +83,16 @@ def _polygon_chunk(x, n, corners):
     arc = np.arctan2(dot(n, cross(leave, enter)), dot(leave, enter))
     total[cut] = edge_sum(n, start, end) + arc
     return np.abs(total) / (2 * np.pi)
+
+
+def kernel(place, normal, points, normals):
+    """(n, k) cosines over square distance, of sample places (k, 3) with normals (k, 3) or None, at points (n, 3)."""
+    d = place[None] - points[:, None]
+    square = np.maximum(np.einsum("nki,nki->nk", d, d), 1e-300)
+    out = np.maximum(np.einsum("nki,ni->nk", d, normals), 0.0)
+    if normal is None:
+        return out / square**1.5
+    return out * np.maximum(-np.einsum("nki,ki->nk", d, normal), 0.0) / square**2
 
 
 def polygon_unoccluded(points, normals, corners):
@@ -254,8 +263,7 @@ def aligned_rectangles(surfaces, i, j):
 
     Absolute error about 1e-15 of the larger area over the source's.
     """
-    planes = [k for k in np.unique(np.concatenate([i, j])) if isinstance(surfaces[k].shape, Plane)]
-    planes = [k for k in planes if not surfaces[k].shape.half]
+    planes = [k for k in np.unique(np.concatenate([i, j])) if surfaces[k].shape.is_rectangle]
     number = np.full(len(surfaces), -1)
     number[planes] = np.arange(len(planes))
     shapes = [surfaces[k].shape for k in planes]

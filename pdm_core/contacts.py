@@ -12,8 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from .scene import Scene, Sphere, tolerance_of
-from .view import ShapeTable, against_dome
+from .scene import Scene
+from .shape_table import ShapeTable
+from .shapes.shape import tolerance_of
+from .view import against_dome
 
 PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apart by ten
 CLEAR = 8.0  # tolerances that points keep from what stands on their surface
@@ -136,7 +138,7 @@ class _Planes:
     """The scene's planes as arrays; number (n shapes,): of each shape among them."""
 
     def __init__(self, scene):
-        flat = np.array([not isinstance(s, Sphere) for s in scene.shapes])
+        flat = np.array([s.is_flat for s in scene.shapes])
         self.flat, self.index, self.number = flat, np.flatnonzero(flat), np.cumsum(flat) - 1
         self.middle, self.radius = (np.array(part) for part in zip(*(s.bounds for s in scene.shapes)))
         planes = [scene.shapes[k] for k in self.index]
@@ -172,14 +174,9 @@ def settle(scene):
     origin = middle if np.linalg.norm(middle) > FAR * np.linalg.norm(high - low) else np.zeros(3)
     if not origin.any() and (corners == contacts.planes.corners).all():
         return _moved(scene, [scene.shapes[k] for k in scene.shape_of], contacts), origin
-    shapes = []
-    for k, shape in enumerate(scene.shapes):
-        if isinstance(shape, Sphere):
-            matrix = shape.matrix.copy()
-            matrix[:3, 3] -= origin
-            shapes.append(Sphere(matrix))
-        else:
-            shapes.append(shape.moved(corners[contacts.planes.number[k]] - origin))
+    planes = contacts.planes
+    parted = [corners[k] if flat else None for k, flat in zip(planes.number, planes.flat)]
+    shapes = [shape.moved(origin, its) for shape, its in zip(scene.shapes, parted)]
     return _moved(scene, [shapes[k] for k in scene.shape_of], contacts), origin
 
 
@@ -239,7 +236,7 @@ def _rests(scene, planes):
     mixed = ~planes.flat[a] & planes.flat[b]
     ball, plane = a[mixed], b[mixed]
     k = planes.number[plane]
-    linear = np.array([s.linear if isinstance(s, Sphere) else np.zeros((3, 3)) for s in scene.shapes])
+    linear = np.array([s.linear for s in scene.shapes])
     height = np.einsum("ni,ni->n", planes.middle[ball] - planes.corners[k, 0], planes.normal[k])
     reach = np.linalg.norm(np.einsum("ni,nij->nj", planes.normal[k], linear[ball]), axis=1)
     touch = np.abs(height) <= reach + scene.tolerance

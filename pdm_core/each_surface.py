@@ -10,7 +10,7 @@ TOLD = 4.0  # points looked at that weigh as much as what the surpluses promise
 UNLIT = 1e-9  # of the scene's light: less is rounding
 
 
-class Light:
+class SharedLight:
     """The light L - Le of a solution, shared out. norm, part_norm: L2 norms, radiance times metres, over surfaces and
     over parts of them (charts of planes, whole spheres), numbered by their first root cells; counts, part_counts:
     whether their mean radiance is above DIM of that of the brightest surface; part_rms, radiance."""

@@ -13,8 +13,9 @@ import numpy as np
 
 from .charts import CHARTS, charts_of
 from .contacts import contacts_of
-from .scene import Sphere, unit
-from .view import TOUCHING
+from .field_charts import Cubes, Rectangles
+from .shape_table import TOUCHING
+from .shapes.shape import unit
 
 DEEPEST = 10  # levels of cells below a chart
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
@@ -26,23 +27,7 @@ CLOSE = 0.4  # a gap, of a cell's size, that is as good as a contact
 # cells in a gap between planes: no larger than so many gaps or that part of the other plane's radius, or, in charts
 # that end where the gap does, so that nodes crowd there anyway, that one
 GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
-NUDGE = 1e-7, 1e-2  # of its edges: how far points on a plane's border are moved inwards, off the neighbour's plane
 INSIDE = 4 * TOUCHING  # of a sphere: how far points on its inner side are moved inwards
-JUMP = 2.5  # times that: off a line where light jumps
-
-
-def graded(t):
-    """Chart coordinate t in [0, 1] -> position along a plane's edge: nodes crowd to the borders, where neighbours
-    meet and light has d log d terms, quadratically."""
-    return t * t * (3 - 2 * t)
-
-
-def graded_slope(t):
-    return 6 * t * (1 - t)
-
-
-def ungraded(s):
-    return 0.5 - np.sin(np.arcsin(np.clip(1 - 2 * s, -1.0, 1.0)) / 3)
 
 
 def basis(t):
@@ -70,21 +55,19 @@ def first_nodes(scene):
     across = charts.across
     lines = 2 * across + 1 + charts.jumps.sum(axis=2)
     flat = np.where(across.prod(axis=1) == 1, 25, lines.prod(axis=1))
-    return int(np.where([isinstance(s.shape, Sphere) for s in scene.surfaces], 26, flat).sum())
+    return int(np.where([s.shape.is_ball for s in scene.surfaces], 26, flat).sum())
 
 
 class Field:
     """The lattice; values live outside, as arrays (n nodes, channels)."""
 
     def __init__(self, scene):
-        self.scene = scene
-        layout = charts_of(scene)
-        self.cuts, self.jumps, self.across = layout.cuts, layout.jumps, layout.across
-        self.starts = layout.starts(GRID)  # (n surfaces, 2, CHARTS) in lattice steps
-        self.is_sphere = np.array([isinstance(s.shape, Sphere) for s in scene.surfaces])
-        self.charts = charts = np.where(self.is_sphere, 6, self.across.prod(axis=1))
-        self.root = np.concatenate([[0], np.cumsum(charts)[:-1]])  # first root cell of each surface
+        self.scene, self.contacts = scene, contacts_of(scene)
         self._frames()
+        self.kinds = Rectangles(scene, GRID, self.contacts.apart), Cubes(scene, GRID, self.depth)
+        self.kind = np.array([s.shape.is_ball for s in scene.surfaces], int)  # (n surfaces,) which of the kinds
+        self.charts = charts = np.choose(self.kind, [kind.count for kind in self.kinds])
+        self.root = np.concatenate([[0], np.cumsum(charts)[:-1]])  # first root cell of each surface
         surface = np.repeat(np.arange(len(scene)), charts)
         face = np.arange(len(surface)) - self.root[surface]
         zero = np.zeros(len(surface), int)
@@ -104,22 +87,25 @@ class Field:
         self.linear, self.twist = np.array([s.linear for s in shapes]), np.array([s.twist for s in shapes])
         self.inverse = np.array([s.inverse for s in shapes])
         self.sign = np.array([s.sign for s in self.scene.surfaces])
-        self.contacts = contacts_of(self.scene)
-        edges = np.maximum(np.linalg.norm(self.linear[:, :, :2], axis=1), 1e-300)
         self.depth = np.ones(len(shapes))  # of the unit sphere: off its own inner side, where that hides something
         self.depth[self.contacts.shells[0]] = 1 - INSIDE
-        self.border = np.clip(self.contacts.apart / edges, *NUDGE)  # (n surfaces, 2), of planes
+
+    def _each(self, what, surface, *given):
+        """What the charts of each one's kind tell of surfaces (n,), and given (n, ...): arrays (n, ...)."""
+        kind = self.kind[surface]
+        first = kind[0] if len(kind) else 0
+        if (kind == first).all():
+            return getattr(self.kinds[first], what)(surface, *given)
+        out, places = [], [np.flatnonzero(kind == k) for k in range(len(self.kinds))]
+        for charts, some in zip(self.kinds, places):
+            out.append(getattr(charts, what)(surface.take(some), *(a.take(some, axis=0) for a in given)))
+        return _merged(out, places) if isinstance(out[0], np.ndarray) else [_merged(p, places) for p in zip(*out)]
 
     # -- nodes ---------------------------------------------------------------------------------------------------
 
     def _key(self, surface, face, steps):
         """surface, face (n,), steps (n, 2) on the face -> (n,) keys; a point on two faces has one key."""
-        sphere = self.is_sphere[surface]
-        place = np.zeros((len(surface), 3), np.int64)
-        axis, rows = face % 3, np.arange(len(surface))
-        place[rows, (axis + 1) % 3], place[rows, (axis + 2) % 3] = steps[:, 0], steps[:, 1]
-        place[rows, axis] = np.where(face >= 3, GRID, 0)
-        place[~sphere] = np.column_stack([steps, steps[:, 0] * 0])[~sphere]
+        place = self._each("lattice", surface, face, steps)
         return ((surface * SPAN + place[:, 0]) * SPAN + place[:, 1]) * SPAN + place[:, 2]
 
     def _unpack(self, keys):
@@ -139,9 +125,7 @@ class Field:
         if len(self.keys):
             new = new[self.find(new) < 0]
         surface, steps = self._unpack(new)
-        local = unit(np.tan((2 * steps / GRID - 1) * (np.pi / 4)))
-        flat = ~self.is_sphere[surface]
-        local[flat] = self._on_lattice(surface[flat], steps[flat, :2])
+        local = self._each("local", surface, steps)
         points = self.contacts.clear(self._world(surface, local), surface)
         self.points = np.concatenate([self.points, points])
         self.normals = np.concatenate([self.normals, self._normal(surface, local)])
@@ -152,43 +136,18 @@ class Field:
     @property
     def part(self):
         """(n cells,): the chart of a plane or the sphere that each lies on, by the number of its first root cell."""
-        return self.root[self.surface] + np.where(self.is_sphere[self.surface], 0, self.face)
+        return self.root[self.surface] + self._each("parts", self.surface, self.face)
 
     def chart_of(self, cells):
         """(n, 2): numbers along both edges of the charts that cells of planes lie on; 0 of spheres."""
-        number = np.stack(np.divmod(self.face[cells], self.across[self.surface[cells], 1]), axis=1)
-        return np.where(self.is_sphere[self.surface[cells]][:, None], 0, number)
+        return self._each("number", self.surface[cells], self.face[cells])
 
     def _starts(self, cells):
-        return self.starts[self.surface[cells][:, None], (0, 1), self.chart_of(cells)]
+        return self.kinds[0].starts[self.surface[cells][:, None], (0, 1), self.chart_of(cells)]
 
     def in_chart(self, cells):
         """(n, 2): lower corners of cells in coordinates of their charts, from 0 to 1."""
         return (self.corner[cells] - self._starts(cells)) / GRID
-
-    def along(self, surface, chart, t):
-        """Coordinates t (n, 2) in charts (n, 2) of planes (n,) -> positions along their edges."""
-        low, high = (self.cuts[surface[:, None], (0, 1), chart + k] for k in (0, 1))
-        return low + (high - low) * graded(t)
-
-    def _off_border(self, surface, chart, t):
-        """As along -> local coordinates (n, 3), off the planes' borders and the lines where light jumps."""
-        border, sides = self.border[surface], []
-        for k in (0, 1):
-            cut = self.cuts[surface[:, None], (0, 1), chart + k]
-            jump = self.jumps[surface[:, None], (0, 1), chart + k]
-            off = np.where((cut == 0) | (cut == 1), border, np.where(jump, JUMP * border, 0.0))
-            sides.append(cut + (off, -off)[k])
-        at = sides[0] + (sides[1] - sides[0]) * graded(t)
-        return np.column_stack([at, 0 * at[:, 0]])
-
-    def _on_lattice(self, surface, steps):
-        """Lattice steps (n, 2) of planes (n,) -> local coordinates (n, 3)."""
-        starts = self.starts[surface]
-        begun = (steps[:, :, None] >= starts) & (np.arange(CHARTS) < self.across[surface][:, :, None])
-        chart = begun.sum(axis=2) - 1
-        t = (steps - np.take_along_axis(starts, chart[:, :, None], axis=2)[:, :, 0]) / GRID
-        return self._off_border(surface, chart, t)
 
     def _world(self, surface, local):
         affine = np.einsum("nij,nj->ni", self.linear.take(surface, axis=0), local * self.depth[surface][:, None])
@@ -196,10 +155,8 @@ class Field:
         return self.origin.take(surface, axis=0) + affine + twist
 
     def _normal(self, surface, local):
-        normal = np.einsum("nji,nj->ni", self.inverse.take(surface, axis=0), local)
-        flat = ~self.is_sphere[surface]
-        normal[flat] = self.linear[surface[flat], :, 2]
-        return unit(normal) * self.sign[surface][:, None]
+        across = np.einsum("nji,nj->ni", self.inverse.take(surface, axis=0), local)
+        return unit(self._each("normals", surface, across)) * self.sign[surface][:, None]
 
     def _nodes_of(self, cells):
         half = (GRID >> self.level[cells]) // 2
@@ -267,17 +224,9 @@ class Field:
 
     def sizes(self):
         """(n cells,) m^2: areas; a sphere's cells by their share of the equi-angular chart."""
-        count = 1 << self.level
-        sphere = self.is_sphere[self.surface]
-        everyone = np.arange(len(self.level))
-        chart, low = self.chart_of(everyone), self.in_chart(everyone)
-        high = low + 1 / count[:, None]
-        extent = self.along(self.surface, chart, high) - self.along(self.surface, chart, low)
-        area = self.scene.areas[self.surface] * extent.prod(axis=1)
-        a, b = (np.tan((2 * low - 1) * np.pi / 4), np.tan((2 * high - 1) * np.pi / 4))
-        angle = _solid(b[:, 0], b[:, 1]) - _solid(a[:, 0], b[:, 1])
-        angle += _solid(a[:, 0], a[:, 1]) - _solid(b[:, 0], a[:, 1])
-        return np.where(sphere, self.scene.areas[self.surface] * angle / (4 * np.pi), area)
+        low = self.in_chart(np.arange(len(self.level)))
+        high = low + 1 / (1 << self.level)[:, None]
+        return self._each("areas", self.surface, self.face, low, high)
 
     def surplus_of(self, cells, index, values):
         """Values (m, c), at nodes through index (n nodes,) -> (n cells, 9, c): value minus the parent's interpolant.
@@ -311,25 +260,13 @@ class Field:
 
     def inset(self, surface, points):
         """Points (n, 3) on a surface moved off a plane's border and off what stands on it."""
-        if self.is_sphere[surface]:
-            points = self.origin[surface] + self.depth[surface] * (points - self.origin[surface])
-        else:
-            local = self.scene.surfaces[surface].shape.local(points)
-            local[:, :2] = np.clip(local[:, :2], self.border[surface], 1 - self.border[surface])
-            points = self.scene.surfaces[surface].shape.world(local)
+        points = self.kinds[self.kind[surface]].inset(surface, points)
         return self.contacts.clear(points, np.full(len(points), surface))
 
     def place(self, cells, uv):
         """Points and normals (n, 3) of cells (n,) at uv (n, 2) in [0, 1]."""
-        surface, axis, rows = self.surface[cells], self.face[cells] % 3, np.arange(len(cells))
-        at = self.in_chart(cells) + uv * 0.5 ** self.level[cells][:, None]
-        local = np.empty((len(cells), 3))
-        local[rows, (axis + 1) % 3] = np.tan((2 * at[:, 0] - 1) * (np.pi / 4))
-        local[rows, (axis + 2) % 3] = np.tan((2 * at[:, 1] - 1) * (np.pi / 4))
-        local[rows, axis] = np.where(self.face[cells] >= 3, 1.0, -1.0)
-        local = unit(local)
-        flat = ~self.is_sphere[surface]
-        local[flat] = self._off_border(surface[flat], self.chart_of(cells[flat]), at[flat])
+        surface, at = self.surface[cells], self.in_chart(cells) + uv * 0.5 ** self.level[cells][:, None]
+        local = self._each("within", surface, self.face[cells], at)
         return self.contacts.clear(self._world(surface, local), surface), self._normal(surface, local)
 
     def local(self, surface, points):
@@ -340,39 +277,16 @@ class Field:
 
     def chart(self, surface, local):
         """Local coordinates (n, 3) on surfaces (n,) -> root cells (n,) and chart coordinates (n, 2) in [0, 1]."""
-        sphere = self.is_sphere[surface]
-        if sphere.all():
-            return self._face_at(surface, local)
-        which, at = self._rectangle_at(surface, local[:, :2])
-        some = np.flatnonzero(sphere)
-        which[some], at[some] = self._face_at(surface[some], local[some])
-        return which, at
+        face, at = self._each("at", surface, local)
+        return self.root[surface] + face, at
 
     def part_at(self, surface, points):
         """points (n, 3) m on surfaces (n,) -> the parts (n,) of them; -1 of points in space"""
         out, on = np.full(len(points), -1), np.flatnonzero(surface >= 0)
-        number = self.chart(surface[on], self.local(surface[on], points[on]))[0]
-        out[on] = np.where(self.is_sphere[surface[on]], self.root[surface[on]], number)
+        own = surface[on]
+        face = self.chart(own, self.local(own, points[on]))[0] - self.root[own]
+        out[on] = self.root[own] + self._each("parts", own, face)
         return out
-
-    def _face_at(self, surface, local):
-        """As chart, on spheres."""
-        x, y, z = np.ascontiguousarray(local.T)
-        ax, ay, az = np.abs(x), np.abs(y), np.abs(z)
-        axis = np.where((ax >= ay) & (ax >= az), 0, np.where(ay >= az, 1, 2))
-        first = 3 * np.arange(len(local))
-        top, a, b = (local.ravel().take(first + k) for k in (axis, (axis + 1) % 3, (axis + 2) % 3))
-        size = np.maximum(np.abs(top), 1e-300)
-        at = np.arctan(np.stack([a / size, b / size], axis=1)) * (2 / np.pi) + 0.5
-        return self.root[surface] + axis + 3 * (top > 0), np.clip(at, 0.0, 1.0)
-
-    def _rectangle_at(self, surface, at):
-        """As chart, on planes, at (n, 2) along their edges."""
-        chart = (at[:, :, None] >= self.cuts[surface, :, 1:-1]).sum(axis=2)
-        chart = np.minimum(chart, self.across[surface] - 1)
-        low, high = (self.cuts[surface[:, None], (0, 1), chart + k] for k in (0, 1))
-        which = self.root[surface] + chart[:, 0] * self.across[surface, 1] + chart[:, 1]
-        return which, np.clip(ungraded((at - low) / (high - low)), 0.0, 1.0)
 
     def locate(self, surface, local):
         """Local coordinates (n, 3) on surfaces (n,) -> leaves (n,) and the weights (n, 9) of their nodes."""
@@ -390,9 +304,12 @@ class Field:
         return np.einsum("nk,nkc->nc", weight, value.take(self.nodes.take(cell, axis=0), axis=0))
 
 
-def _solid(x, y):
-    """Solid angle of the rectangle (0, 0)..(x, y) at distance 1 from its corner."""
-    return np.arctan2(x * y, np.sqrt(1 + x * x + y * y))
+def _merged(parts, places):
+    """Parts (k, ...) of arrays, each at its places (k,), as one."""
+    out = np.empty((sum(map(len, places)), *parts[0].shape[1:]), parts[0].dtype)
+    for part, some in zip(parts, places):
+        out[some] = part
+    return out
 
 
 def crowded(field, smallest, touching, flat, wanted):
@@ -414,7 +331,7 @@ def crowded(field, smallest, touching, flat, wanted):
         near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * size))
         if not len(near):
             continue
-        if isinstance(shape, Sphere):
+        if shape.is_ball:
             reach2 = np.einsum("ni,ni->n", shape.local(points[near]), shape.local(points[near]))
             gap = shape.semi_axes[2] * (np.sqrt(reach2) - 1)
             least = np.where(gap < CLOSE * size[near], np.minimum(touching[k], touching[own[near]]), smallest)
@@ -423,7 +340,7 @@ def crowded(field, smallest, touching, flat, wanted):
         else:
             gap = np.linalg.norm(points[near] - shape.project(points[near]), axis=1)
             least = np.minimum(touching[k], touching[own[near]])
-            round_ = field.is_sphere[field.surface[leaves[near]]]
+            round_ = field.kind[field.surface[leaves[near]]] > 0
             curved = np.array([s.bounds[1] for s in field.scene.shapes])[own[near]]
             wide = _flat_gap(field, leaves[near], points[near], size[near], shape)
             curved = np.sqrt(gap * (gap + 2 * curved))

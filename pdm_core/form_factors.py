@@ -21,33 +21,27 @@ from .checked import SceneError, array, index, number
 from .closed_forms import aligned_rectangles
 from .contacts import contacts_of, settle
 from .exchange import polygon_exchange
-from .facets import facets_of, in_pieces
-from .mesh import Mesh
-from .numerics import gauss_legendre, gauss_square
-from .polygon import Polygon
-from .scene import Plane, Scene, Sphere, Surface
-from .view import ShapeTable, segment_blocked, visible_factors
+from .kinks import broken_rule, kinks
+from .numerics import gauss_square
+from .published import parametric
+from .scene import Scene, in_pieces
+from .view import visible_factors
 from .visibility import Shafts
 
-FLAT = Plane | Polygon
 POINTS = 6  # Gauss points a direction in a cell
 ORDERS = (4, 6, 8, 10, 14, 20)  # Gauss points between two kinks, until two orders agree
 TIGHT = (1e-3, 1e-6)  # tolerances below which the first, and the second, of ORDERS need not be tried
-CURVES = 64  # most kinks of one surface that the rule is broken at
-SAME = 1e-9  # difference of curves, and of breaks between them, that counts as none
 CELLS = 20000  # most cells of one surface
 # in pairs of a point and a target that nothing hides, about a microsecond each: what others take, and all at most, some
 # 50 s in a room of 12 balls and 2 screens. Surfaces share what is left evenly
 EXACT, SAMPLED, WORK = 4, 180, 45_000_000
 NAMED = 3  # pairs in a warning
 LEAST = 1e-12  # factors below it need no digits
-FIRST = {True: (1, 1), False: (2, 4)}  # cells a surface starts with: planes, spheres
 PEAKS = 16.0, 4.0  # sizes of surfaces, and of cells, of their distance from a target whose peak their nodes may miss
 SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
 GAIN = 1.0  # how much better four children may be trusted to be than their difference from their parent
 ROUNDING = 1e-15
 PAIRS = 1 << 18  # (point, target) pairs at once
-SEGMENTS_AT_ONCE = 1 << 18
 
 
 @dataclass
@@ -81,7 +75,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     if len(wanted) < len(every):
         raise SceneError("form_factors: rows are not all finite; use indices of surfaces")
     start = time.perf_counter()
-    if any(isinstance(s.shape, Polygon | Mesh) for s in scene.surfaces):
+    if any(shape.plural for shape in scene.shapes):
         return _of_pieces(scene, rtol, wanted, start)
     scene = settle(scene)[0]
     shafts, counts = Shafts(scene), Counter()
@@ -91,7 +85,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     hidden = shafts.candidates(i, j)
     hidden[(i == j) & ~shafts.inside[i]] = -1  # what does not see itself is not hidden from itself
     occluded = (hidden >= 0).any(axis=1).reshape(n, n) if hidden.size else np.zeros((n, n), bool)
-    planes = np.array([isinstance(s.shape, Plane) for s in scene.surfaces])
+    planes = np.array([s.shape.is_flat for s in scene.surfaces])
     pairwise = planes & ~occluded.any(axis=1) & np.isin(np.arange(n), wanted)
     done = _closed_pairs(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), factors, error, counts)
     _contours(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), rtol, done, factors, error, counts)
@@ -99,7 +93,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
         targets = np.flatnonzero(~done[row])
         if len(targets):
             lists = hidden.reshape(n, n, -1)[row, targets]
-            curves = _kinks(scene, row, targets, lists)
+            curves = kinks(scene, row, targets, lists)
             if curves is None or _peaked(scene, row, np.zeros((1, 2)), np.ones(2), targets, PEAKS[0]).any():
                 most = (WORK - _work(counts)) // left
                 value, wrong = _row(scene, shafts, row, targets, lists, rtol, most, counts)
@@ -189,7 +183,7 @@ def _contours(scene, rows, columns, rtol, done, factors, error, counts):
 def _row(scene, shafts, row, targets, hidden, rtol, most, counts):
     """Adaptive outer integral over surface row, of so much work at most, but for the first two levels -> factors and
     errors (targets,)."""
-    rows, columns = FIRST[isinstance(scene.surfaces[row].shape, Plane)]
+    rows, columns = scene.surfaces[row].shape.first_cells
     corner = np.stack(np.meshgrid(np.arange(rows) / rows, np.arange(columns) / columns, indexing="ij"), -1)
     corner = corner.reshape(-1, 2)
     size = np.array([1 / rows, 1 / columns])
@@ -265,89 +259,6 @@ def _values(scene, shafts, row, points, normals, targets, hidden, counts):
     return value
 
 
-def _kinks(scene, row, targets, hidden):
-    """Coefficients (c, 6) of s^2, s t, t^2, s, t, 1 of the curves where factors from a plane at (s, t) have kinks.
-
-    None where not all of them are known: on spheres, behind planes, of balls that are hidden; or there are too many.
-    """
-    plane, found = scene.surfaces[row].shape, []
-    if not isinstance(plane, Plane) or plane.half or not (hidden >= 0).any():
-        return None
-    for target, occluders in zip(targets, hidden):
-        shape = scene.surfaces[target].shape
-        for k in occluders[occluders >= 0]:
-            if not isinstance(shape, Plane) or isinstance(scene.shapes[k], Plane):
-                return None
-            found += _touching(plane, shape.corners, scene.shapes[k])
-    curves = np.array(found)
-    size = np.abs(curves).max(axis=1)
-    curves = curves[size > 0] / size[size > 0, None]
-    curves *= np.sign(curves[np.arange(len(curves)), np.abs(curves).argmax(axis=1)])[:, None]
-    curves = curves[np.unique(np.round(curves / SAME), axis=0, return_index=True)[1]]
-    return curves if len(curves) <= CURVES else None
-
-
-def _touching(plane, corners, ball):
-    """Curves on which the ball, seen from the plane, touches the lines through the corners' edges, and the corners.
-
-    In the ball's own space: the plane through x and an edge p + k d is at distance 1, with N = d x (x - p) and
-    (N . p)^2 = N^2; the line through x and the corner p is, (x x p)^2 = (p - x)^2.
-    """
-    x = (np.stack([plane.origin - ball.origin, plane.u, plane.v])) @ ball.inverse.T  # coefficients of 1, s, t
-    p = (corners - ball.origin) @ ball.inverse.T
-    curves = []
-    for here, following in zip(p, np.roll(p, -1, axis=0)):
-        away = x - np.array([here, 0 * here, 0 * here])
-        normal = np.cross(following - here, away)
-        curves.append(_square(normal @ here[:, None]) - _square(normal))
-        curves.append(_square(np.cross(x, here)) - _square(away))
-    return curves
-
-
-def _square(form):
-    """The squared length of a form (3, k), coefficients of 1, s, t -> those of s^2, s t, t^2, s, t, 1."""
-    one, s, t = form
-    return np.array([s @ s, 2 * s @ t, t @ t, 2 * one @ s, 2 * one @ t, one @ one])
-
-
-def _roots(a, b, c):
-    """Real roots (2, ...) of a x^2 + b x + c; nan where there are none."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inner = b * b - 4 * a * c
-        inner = np.where(np.abs(inner) < 1e-13 * (b * b + np.abs(4 * a * c)), 0.0, inner)
-        q = -(b + np.where(b < 0, -1.0, 1.0) * np.sqrt(np.where(inner >= 0, inner, np.nan))) / 2
-        flat = np.abs(a) < 1e-13
-        return np.stack([np.where(flat, np.nan, q / a), np.where(flat, -c / b, c / q)])
-
-
-def _broken_rule(curves, points):
-    """Gauss rule on the unit square between the curves: nodes (n, 2), weights (n,) that sum to 1.
-
-    Lines of constant t are broken where they cross a curve; t where a curve has an extreme or meets a border.
-    Towards the breaks s - s0 goes as u^2, which makes powers of 3/2 smooth.
-    """
-    a, b, c, d, e, f = curves.T
-    u, w = gauss_legendre(points)
-    u, w = u * u * (3 - 2 * u), w * 6 * u * (1 - u)
-    t = [
-        _roots(c, e, f),
-        _roots(c, b + e, a + d + f),
-        _roots(b * b - 4 * a * c, 2 * b * d - 4 * a * e, d * d - 4 * a * f),
-    ]
-    t = np.concatenate([np.ravel(t), [0.0, 1.0]])
-    t = np.unique(np.clip(t[np.isfinite(t)], 0.0, 1.0))
-    t = t[np.concatenate([[True], np.diff(t) > SAME])]
-    width = np.diff(t)[:, None]
-    t, weight = (t[:-1, None] + width * u).ravel(), (width * w).ravel()
-    s = _roots(a[:, None] + 0 * t, b[:, None] * t + d[:, None], (c[:, None] * t + e[:, None]) * t + f[:, None])
-    s = np.clip(np.nan_to_num(s.reshape(-1, len(t)), posinf=0.0, neginf=0.0), 0.0, 1.0)
-    s = np.sort(np.concatenate([s, np.zeros((1, len(t))), np.ones((1, len(t)))]), axis=0)
-    part, line = np.nonzero(np.diff(s, axis=0) > 0)
-    low, width = s[part, line][:, None], np.diff(s, axis=0)[part, line][:, None]
-    nodes = np.stack([(low + width * u).ravel(), np.repeat(t[line], points)], axis=1)
-    return nodes, (weight[line][:, None] * width * w).ravel()
-
-
 def _broken_row(scene, shafts, row, targets, hidden, curves, rtol, counts):
     """Outer integral over the plane row between its kinks -> factors and errors (targets,).
 
@@ -357,7 +268,7 @@ def _broken_row(scene, shafts, row, targets, hidden, curves, rtol, counts):
     free, known = aligned_rectangles(scene.surfaces, np.full(len(targets), row), targets)
     previous = np.full(len(targets), np.inf)
     for order in ORDERS[sum(rtol < r for r in TIGHT) :]:
-        nodes, weights = _broken_rule(curves, order)
+        nodes, weights = broken_rule(curves, order)
         points, area = parametric(surface, nodes)
         normals = area / np.linalg.norm(area, axis=1, keepdims=True)
         value = _values(scene, shafts, row, points, normals, targets, hidden, counts)
@@ -372,7 +283,7 @@ def _broken_row(scene, shafts, row, targets, hidden, curves, rtol, counts):
 
 
 def _kind(surface):
-    return "plane" if isinstance(surface.shape, Plane) else "inside" if surface.is_inside else "ball"
+    return "plane" if surface.shape.is_flat else "inside" if surface.is_inside else "ball"
 
 
 def _from_points(scene, shafts, row, points, normals, targets, hidden, kind, counts):
@@ -411,76 +322,3 @@ def _from_points(scene, shafts, row, points, normals, targets, hidden, kind, cou
             )
         out[a, b] = value
     return out
-
-
-def parametric(surface, st):
-    """Points (n, 3) m of a surface at parameters (n, 2) in the unit square, and area vectors dP/ds x dP/dt (n, 3) m^2.
-
-    A plane's are its own, a polygon's those of its bounding rectangle, without area outside it; a sphere's are
-    (theta / pi, phi / 2 pi), theta from the pole, as in the paper. The area vectors point out of the side.
-    """
-    s, t = st.T
-    shape = surface.shape
-    if isinstance(shape, Plane):
-        area = np.broadcast_to(surface.sign * np.cross(shape.u, shape.v), (len(st), 3))
-        area = area * (1 - t)[:, None] if shape.half else area
-        return shape.world(np.column_stack([s, t, 0 * s])), area
-    if isinstance(shape, Polygon):  # a patch that its loops trim
-        area = surface.sign * np.cross(shape.linear[:, 0], shape.linear[:, 1])
-        return shape.world(np.column_stack([s, t, 0 * s])), shape.contains(st)[:, None] * area
-    theta, phi = np.pi * s, 2 * np.pi * t
-    local = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-    area = 2 * np.pi**2 * np.sin(theta)[:, None] * local
-    cofactor = abs(np.linalg.det(shape.linear)) * shape.inverse
-    return shape.world(local), surface.sign * (area @ cofactor)
-
-
-def patch_samples(surface, divisions, points):
-    """Gauss points (n, 3) m of a surface in equal parameter rectangles, and weighted area vectors (n, 3) m^2."""
-    nodes, weights = gauss_square(points)
-    rows, columns = divisions
-    cell = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), axis=-1).reshape(-1, 1, 2)
-    position, area = parametric(surface, ((cell + nodes) / [rows, columns]).reshape(-1, 2))
-    return position, area * np.tile(weights, rows * columns)[:, None] / (rows * columns)
-
-
-def published_kernel(x, n, y, m):
-    """Points (k, 3), (l, 3) m and weighted area vectors there -> of the pairs that face each other indices i, j (p,),
-    segments y - x (3, p) and pi times what the pair adds to A F, where nothing hides it (p,)."""
-    e = y - x[:, None]
-    kernel = np.maximum(np.einsum("id,ijd->ij", n, e), 0) * np.maximum(-np.einsum("jd,ijd->ij", m, e), 0)
-    i, j = np.nonzero(kernel)
-    d = e[i, j].T
-    return i, j, d, kernel[i, j] / np.einsum("di,di->i", d, d) ** 2
-
-
-def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occluders=()):
-    """The form factor from Surface a to Surface b exactly as published: a float.
-
-    divisions: patches along (s, t) of a plane or a polygon, (theta, phi) of a sphere; points: Gauss points a direction.
-    occluders: shapes tested against each segment. The error is large where a and b share an edge: see form_factors.
-    """
-    for surface in (a, b):
-        if not isinstance(surface, Surface):
-            raise SceneError(f"pdm_form_factor takes two Surfaces, not {surface!r}")
-    if not isinstance(occluders, tuple | list) or not all(isinstance(shape, FLAT | Sphere) for shape in occluders):
-        raise SceneError(f"pdm_form_factor: occluders are {occluders!r}; give a list of Planes, Spheres and Polygons")
-    counts = [array(k, "pdm_form_factor: divisions and points") for k in (divisions_a, divisions_b, points)]
-    whole = all(np.isfinite(k).all() and (k == np.floor(k)).all() and (k >= 1).all() for k in counts)
-    if [k.shape for k in counts] != [(2,), (2,), ()] or not whole:
-        raise SceneError("pdm_form_factor: divisions must be two whole numbers each, points one, all at least 1")
-    divisions_a, divisions_b, points = (k.astype(int).tolist() for k in counts)
-    pa, na = patch_samples(a, divisions_a, points)
-    pb, nb = patch_samples(b, divisions_b, points)
-    occluders = [part for s in occluders for part in (facets_of(s) if isinstance(s, Polygon) else [s])]
-    table = ShapeTable(tuple(occluders)) if occluders else None
-    total = 0.0
-    step = max(1, SEGMENTS_AT_ONCE // len(pb))
-    for start in range(0, len(pa), step):
-        part = slice(start, start + step)
-        i, _, d, value = published_kernel(pa[part], na[part], pb, nb)
-        x = pa[part][i].T
-        for k in range(len(occluders)):
-            value[segment_blocked(table, x, d, np.full(len(i), k))] = 0.0
-        total += value.sum()
-    return float(total / (np.pi * a.shape.area))

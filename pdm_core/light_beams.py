@@ -3,7 +3,7 @@
 import numpy as np
 
 from .numerics import gauss_legendre
-from .scene import unit
+from .shapes.shape import unit
 
 COARSE, DIRECTIONS = 32, 1024  # across the cone in which a lamp is seen, to find where its light fades, and there
 CHUNK = 256  # points

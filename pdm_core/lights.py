@@ -11,7 +11,8 @@ import numpy as np
 from .checked import LEAST, MOST, SceneError, colour, number, vector
 from .closed_forms import disc_unoccluded, polygon_unoccluded, sphere_unoccluded
 from .light_beams import across_cone, beam_unoccluded
-from .scene import FLATTEST, Light, lattice, square_lattice, unit
+from .scene import Light
+from .shapes.shape import FLATTEST, lattice, square_lattice, unit
 
 __all__ = ["AreaLight", "Light", "PointLight", "SpotLight", "SunLight"]
 

@@ -9,14 +9,12 @@ import numpy as np
 
 from .checked import SceneError, index, number, vectors
 from .closed_forms import divide
-from .facets import facets_of
-from .form_factors import SEGMENTS_AT_ONCE, patch_samples, published_kernel
-from .mesh import Mesh
-from .polygon import Polygon
+from .published import SEGMENTS_AT_ONCE, patch_samples, published_kernel
 from .read_off import runs_of
-from .scene import Scene, Sphere
+from .sampled import segment_blocked
+from .scene import Scene
+from .shape_table import ShapeTable
 from .signs_of_life import finish
-from .view import ShapeTable, segment_blocked
 
 MOST_PATCHES = 4000  # their matrix is dense
 
@@ -35,18 +33,12 @@ class PatchSolution:
         patches, even beyond those at a border; 0 where none of them has an area."""
         k = index(surface_index, len(self.scene), "surface_index")
         shape, (rows, columns) = self.scene.surfaces[k].shape, self.divisions[k]
-        local = shape.local(shape.project(vectors(points, "points")))
-        wraps = isinstance(shape, Sphere)
-        if wraps:  # theta / pi, phi / 2 pi
-            s = np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2]) / np.pi
-            t = np.arctan2(local[:, 1], local[:, 0]) / (2 * np.pi) % 1.0
-        else:
-            s, t = local[:, 0], local[:, 1]
+        s, t = shape.parameters(shape.local(shape.project(vectors(points, "points"))))
         own = slice(self._start[k], self._start[k + 1])
         real = self.real[own].reshape(rows, columns, 1)
         value = np.where(real, self.patches[own].reshape(rows, columns, 3), 0.0)
         i, a = _between(s, rows, False)
-        j, b = _between(t, columns, wraps)
+        j, b = _between(t, columns, shape.wraps)
         corners = [((p * q)[:, None], i[m], j[n]) for m, p in enumerate((1 - a, a)) for n, q in enumerate((1 - b, b))]
         weight = sum(w * real[m, n] for w, m, n in corners)
         return divide(sum(w * value[m, n] for w, m, n in corners), weight)
@@ -65,7 +57,7 @@ class PatchSolution:
 def beyond(scene):
     """What of a Scene is beyond the published method, or ''."""
     for surface in scene.surfaces:
-        if isinstance(surface.shape, Mesh):
+        if surface.shape.is_mesh:
             return f"surface {surface.name!r} is a mesh, which has no parameters"
         if surface.varies:
             return f"surface {surface.name!r} varies from place to place"
@@ -100,7 +92,7 @@ def patch_radiosity_steps(scene, divisions=3, points=5):
     )
     if what := beyond(scene):
         raise SceneError(f"patch_radiosity: {what}; use solve")
-    each = [(divisions, 2 * divisions if isinstance(s.shape, Sphere) else divisions) for s in scene.surfaces]
+    each = [(divisions, divisions * (1 + s.shape.wraps)) for s in scene.surfaces]
     patches = int(np.prod(each, axis=1).sum())
     if patches > MOST_PATCHES:
         raise SceneError(f"patch_radiosity: {patches} patches are more than {MOST_PATCHES}; use fewer divisions")
@@ -125,7 +117,7 @@ def _factors(scene, divisions, points):
     each = points * points
     count = len(x) // each
     area = np.linalg.norm(normal, axis=1).reshape(count, each).sum(axis=1)
-    pieces = [(part, k) for k, s in enumerate(scene.shapes) for part in _convex(s)]
+    pieces = [(part, k) for k, s in enumerate(scene.shapes) for part in s.pieces]
     table, counts = ShapeTable([part for part, _ in pieces]), Counter()
     factors = np.empty((count, count))
     step = max(1, SEGMENTS_AT_ONCE // (each * len(x)))
@@ -144,7 +136,3 @@ def _factors(scene, divisions, points):
         factors[first : first + len(block)] = divide(block, np.pi * area[first : first + len(block), None])
         yield first / count
     return factors, area > 0, counts
-
-
-def _convex(shape):
-    return facets_of(shape) if isinstance(shape, Polygon) else [shape]

@@ -8,7 +8,7 @@ from .checked import SceneError, number
 from .choice import choose
 from .contacts import settle
 from .field import first_nodes
-from .scene import Plane, Scene, Sphere
+from .scene import Scene
 from .visibility import Shafts
 
 MEMORY = 1.4e9  # bytes for the light between the nodes; all of a run stays below 2 GB
@@ -90,9 +90,8 @@ def plan_by_rays(scene, target, why):
     """The Plan of a solution by bundles of rays, chosen for the reason why."""
     result = Plan(reached=np.ones(len(scene), bool))
     lights = int((scene.emission > 0).any(axis=1).sum()) + len(scene.lights)
-    balls = sum(isinstance(shape, Sphere) for shape in scene.shapes)
-    triangles = [len(shape.triangles) for shape in scene.shapes if not isinstance(shape, Plane | Sphere)]
-    flat = len(scene.shapes) - balls - len(triangles) + sum(triangles)
+    count = [shape.facet_count for shape in scene.shapes]
+    flat, balls = sum(count), count.count(0)
     black = int((scene.reflectance == 0).all(axis=1).sum())
     sky = scene.sky is not None or (scene.background > 0).any()
     say = result.lines.append
@@ -116,7 +115,7 @@ def plan_by_rays(scene, target, why):
 def lit(scene):
     """(n surfaces,) Whether light may come to each, as in Plan.reached, without the rest of the plan; of many shapes,
     or of others than planes and spheres, nothing is known beforehand."""
-    if len(scene) > KNOWN or not all(isinstance(s, Plane | Sphere) for s in scene.shapes):
+    if len(scene) > KNOWN or any(shape.plural for shape in scene.shapes):
         return np.ones(len(scene), bool)
     scene = settle(scene)[0]
     return reached_by_light(scene, Shafts(scene))

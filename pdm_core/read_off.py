@@ -3,7 +3,8 @@
 import numpy as np
 
 from .checked import SceneError, index, vectors
-from .scene import Scene, unit
+from .scene import Scene
+from .shapes.shape import unit
 from .signs_of_life import finish
 
 LEAST, AMONG = 64, 4  # points spread over a surface, and for each one taken, among which chance chooses

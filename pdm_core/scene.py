@@ -1,262 +1,21 @@
-"""Shapes, surfaces and scenes: what the user hands over, checked once and packed into arrays.
+"""Surfaces and scenes: what the user hands over, checked once and packed into arrays.
 
 Lengths are metres, radiance is linear RGB, arrays are float64.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from .checked import LEAST, MOST, SceneError, colour, number, vector
-from .coincident import REACHES, one_and_the_same
+from .checked import LEAST, MOST, SceneError, colour, number
+from .coincident import one_and_the_same
+from .shapes.shape import Shape, lattice, tolerance_of
 
 MEAN_POINTS = 4096  # at which what varies is averaged
 MAX_REFLECTANCE = 0.999999  # at 1 an enclosed light has no steady state
-FLATTEST = 1e-9  # a shape thinner than this part of its extent has no usable area or inside
-ROUNDINGS = 4  # of a coordinate: two shapes' own, through a matrix each
 COARSEST = 1e-3  # relative rounding of coordinates beyond which no scene is left
 LOST = 2.0  # tolerances: a shape no larger is not told from none
-ARITHMETIC = 16 * 2**-53  # relative to the extent: what our own sums and products of coordinates lose
-
-
-def tolerance_of(shapes, rounding=2**-53):
-    """m; coordinates of the shapes that differ by no more are the same: their rounding, relative, can do so."""
-    centres, radii = (np.array(part) for part in zip(*(s.bounds for s in shapes)))
-    reach = float((np.abs(centres).max(axis=1) + radii).max())
-    extent = np.linalg.norm((centres + radii[:, None]).max(axis=0) - (centres - radii[:, None]).min(axis=0))
-    return ROUNDINGS * rounding * reach + ARITHMETIC * float(extent)
-
-
-def unit(vectors):
-    """vectors (..., 3) scaled to length 1; a zero vector stays zero."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
-
-
-class Shape:
-    """An affine image of a reference shape: point = origin + linear @ local."""
-
-    twist = np.zeros(3)
-    half = False  # whether it is a triangle, half of what (s, t) in [0, 1]^2 are
-
-    @cached_property
-    def inverse(self):
-        """(3, 3): world offsets from the origin to local coordinates."""
-        return np.linalg.inv(self.linear)
-
-    def local(self, points):
-        """points (n, 3) m -> (n, 3) local coordinates."""
-        return (np.asarray(points, float) - self.origin) @ self.inverse.T
-
-    def world(self, local):
-        """local (n, 3) -> points (n, 3) m."""
-        local = np.asarray(local, float)
-        return self.origin + local @ self.linear.T + local[:, :1] * local[:, 1:2] * self.twist
-
-
-class Plane(Shape):
-    """The parallelogram corner + s*u + t*v, 0 <= s, t <= 1. Its front is along u x v; u, v need not be orthogonal.
-
-    Local coordinates are (s, t, height along the unit normal in units of sqrt(area)).
-    """
-
-    def __init__(self, corner, u, v):
-        self.origin = vector(corner, (3,), "Plane corner")
-        self.u = vector(u, (3,), "Plane u")
-        self.v = vector(v, (3,), "Plane v")
-
-    @classmethod
-    def through(cls, corners):
-        """The parallelogram with corners (4, 3) m, counter-clockwise seen from its front."""
-        plane = cls(corners[0], corners[1] - corners[0], corners[3] - corners[0])
-        plane.__dict__["corners"] = corners  # not the sums of rounded edges
-        plane.__dict__["twist"] = corners[0] - corners[1] + corners[2] - corners[3]
-        return plane
-
-    def moved(self, corners):
-        """The same shape at corners (4, 3) m."""
-        return Plane.through(corners)
-
-    @cached_property
-    def twist(self):
-        """(3,) m; what the third corner is off by rounding, so that points near every edge are on it."""
-        return np.zeros(3)
-
-    def __repr__(self):
-        return f"Plane({self.origin.tolist()}, {self.u.tolist()}, {self.v.tolist()})"
-
-    @cached_property
-    def area(self):
-        """m^2"""
-        return float(np.linalg.norm(self._across))
-
-    @cached_property
-    def _across(self):
-        """(3,) u x v"""
-        return np.cross(self.u, self.v)
-
-    @cached_property
-    def normal(self):
-        """(3,) unit normal of the front."""
-        return unit(self._across)
-
-    @cached_property
-    def linear(self):
-        """(3, 3) with columns u, v and the unit normal times sqrt(area)."""
-        return np.column_stack([self.u, self.v, self.normal * np.sqrt(self.area)])
-
-    @cached_property
-    def corners(self):
-        """(4, 3) counter-clockwise seen from the front."""
-        c, u, v = self.origin, self.u, self.v
-        return np.array([c, c + u, c + u + v, c + v])
-
-    @cached_property
-    def marks(self):
-        """(12,) m; the same of the same shape."""
-        centre = self.bounds[0]
-        reach = np.abs((self.corners - centre) @ REACHES.T).max(axis=0)
-        return np.concatenate([centre, np.sqrt(self.area) * self.normal, reach])
-
-    @cached_property
-    def bounds(self):
-        """Centre (3,) and radius of a sphere around the shape."""
-        centre = self.origin + (self.u + self.v) / 2
-        return centre, float(np.linalg.norm(self.corners - centre, axis=1).max())
-
-    def project(self, points):
-        """points (n, 3) -> nearest points (n, 3) on the shape, local coordinates clipped to the outline."""
-        local = self.local(points)
-        local[:, :2] = np.clip(local[:, :2], 0.0, 1.0)
-        local[:, 2] = 0.0
-        return self.world(local)
-
-    def spread(self, count):
-        """Points (count, 3) m spread evenly over the area."""
-        return self.world(np.column_stack([square_lattice(count), np.zeros(count)]))
-
-    @cached_property
-    def thickness(self):
-        """m; the lesser distance of two opposite edges."""
-        return self.area / float(max(np.linalg.norm(self.u), np.linalg.norm(self.v)))
-
-    def normals(self, points):
-        """Unit normals (n, 3) of the front at points (n, 3)."""
-        return np.broadcast_to(self.normal, (len(points), 3))
-
-    def problem(self):
-        """What is wrong with the shape, as a sentence, or None."""
-        return self._problem
-
-    @cached_property
-    def _problem(self):
-        if not all(np.isfinite(a).all() for a in (self.origin, self.u, self.v)):
-            return "its coordinates are not finite; apply a valid transform"
-        longest = max(np.linalg.norm(self.u), np.linalg.norm(self.v))
-        if not (longest > 0 and np.linalg.norm(np.cross(self.u / longest, self.v / longest)) > FLATTEST):
-            return "it has no area; give it two edges of different directions or remove it"
-        return None
-
-
-class Sphere(Shape):
-    """An affine image of the unit sphere (ellipsoids too), given by a 4x4 matrix. Its front is outside."""
-
-    def __init__(self, matrix):
-        self.matrix = vector(matrix, (4, 4), "Sphere matrix")
-        self.origin = self.matrix[:3, 3]
-        self.linear = self.matrix[:3, :3]
-
-    @classmethod
-    def at(cls, center, radius):
-        """The round sphere at center (3,) m with radius m."""
-        radius = number(radius, "Sphere radius", "metres above 0", above=0)
-        matrix = np.eye(4)
-        matrix[:3, :3] *= radius
-        matrix[:3, 3] = vector(center, (3,), "Sphere center")
-        return cls(matrix)
-
-    def __repr__(self):
-        return f"Sphere({self.matrix.tolist()})"
-
-    @cached_property
-    def semi_axes(self):
-        """(3,) m, longest first."""
-        return np.linalg.svd(self.linear, compute_uv=False)
-
-    @cached_property
-    def is_round(self):
-        return bool(self.semi_axes[0] - self.semi_axes[2] <= 1e-12 * self.semi_axes[0])
-
-    @cached_property
-    def area(self):
-        """m^2; 4 pi R_G((ab)^2, (ac)^2, (bc)^2), Carlson 1995 / DLMF 19.33.1"""
-        a, b, c = self.semi_axes / self.semi_axes[0]
-        return float(4 * np.pi * self.semi_axes[0] ** 2 * _carlson_rg((a * b) ** 2, (a * c) ** 2, (b * c) ** 2))
-
-    @cached_property
-    def bounds(self):
-        """Centre (3,) and radius of a sphere around the shape."""
-        return self.origin, float(self.semi_axes[0])
-
-    def spread(self, count):
-        """Points (count, 3) m spread over the area, evenly over that of a round sphere."""
-        return self.world(lattice(count))
-
-    def project(self, points):
-        """points (n, 3) -> points (n, 3) on the shape along the ray from its centre (the exact shape's vertex)."""
-        local = self.local(points)
-        length = np.linalg.norm(local, axis=1, keepdims=True)
-        local = np.where(length > 0, local / np.where(length > 0, length, 1.0), [0.0, 0.0, 1.0])
-        return self.world(local)
-
-    @property
-    def marks(self):
-        """(12,) m; the same of the same shape."""
-        centre = self.bounds[0]
-        reach = np.linalg.norm(REACHES @ self.linear, axis=1)
-        return np.concatenate([centre, np.zeros(3), reach])
-
-    @property
-    def thickness(self):
-        """m; twice the shortest semi-axis."""
-        return 2 * float(self.semi_axes[2])
-
-    def normals(self, points):
-        """Unit outward normals (n, 3) at points (n, 3)."""
-        return unit(self.local(points) @ self.inverse)
-
-    def problem(self):
-        """What is wrong with the shape, as a sentence, or None."""
-        if not np.isfinite(self.matrix).all():
-            return "its matrix is not finite; apply a valid transform"
-        if not self.semi_axes[2] > FLATTEST * self.semi_axes[0]:
-            return "it is scaled flat; give it a volume or replace it by a plane"
-        return None
-
-
-def _carlson_rg(x, y, z):
-    """Carlson's symmetric integral R_G by duplication of R_F and R_D; relative error 1e-15."""
-    z, y, x = sorted((x, y, z), reverse=True)  # z the largest: keeps R_D regular
-    a, b, c, total, weight = x, y, z, 0.0, 1.0
-    while max(abs(a - b), abs(b - c), abs(a - c)) > 1e-3 * (a + b + c):
-        mean = np.sqrt(a * b) + np.sqrt(a * c) + np.sqrt(b * c)
-        total += weight / (np.sqrt(c) * (c + mean))
-        weight /= 4
-        a, b, c = (a + mean) / 4, (b + mean) / 4, (c + mean) / 4
-    m = (a + b + c) / 3
-    p, q = 1 - a / m, 1 - b / m
-    r = -(p + q)
-    e2, e3 = p * q - r * r, p * q * r
-    rf = (1 - e2 / 10 + e3 / 14 + e2 * e2 / 24 - 3 * e2 * e3 / 44) / np.sqrt(m)
-    m = (a + b + 3 * c) / 5
-    p, q = 1 - a / m, 1 - b / m
-    r = -(p + q) / 3
-    e2, e3 = p * q - 6 * r * r, (3 * p * q - 8 * r * r) * r
-    e4, e5 = 3 * (p * q - r * r) * r * r, p * q * r**3
-    rd = 1 - 3 * e2 / 14 + e3 / 6 + 9 * e2 * e2 / 88 - 3 * e4 / 22 - 9 * e2 * e3 / 52 + 3 * e5 / 26
-    rd = 3 * total + weight * rd / (m * np.sqrt(m))
-    return (z * rf - (z - x) * (z - y) * rd / 3 + np.sqrt(x * y / z)) / 2
 
 
 class Light:
@@ -325,7 +84,7 @@ class Surface:
     @property
     def is_inside(self):
         """True for the inner side of a sphere, the only surface that sees itself."""
-        return isinstance(self.shape, Sphere) and self.side == "back"
+        return self.shape.is_ball and self.side == "back"
 
     @property
     def varies(self):
@@ -353,20 +112,6 @@ def _mean_over(shape, value, at):
 def _mean_over_directions(sky):
     """(3,) mean radiance of a sky over all directions."""
     return np.maximum(np.asarray(sky(lattice(MEAN_POINTS)), float), 0.0).mean(axis=0)
-
-
-def lattice(count):
-    """Unit directions (count, 3) spread evenly over the sphere: the spherical Fibonacci lattice."""
-    k = np.arange(count) + 0.5
-    z, turn = 1 - 2 * k / count, np.pi * (1 + np.sqrt(5)) * k
-    ring = np.sqrt(1 - z * z)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
-
-
-def square_lattice(count):
-    """Points (count, 2) of the unit square spread evenly: Roberts' R2 sequence."""
-    steps = np.array([0.7548776662466927, 0.5698402909980532])
-    return (0.5 + np.outer(np.arange(count), steps)) % 1.0
 
 
 def _value_at(value, points, most):
@@ -477,3 +222,12 @@ class Scene:
         centres, radii = np.array(centres), np.array(radii)
         low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
         return float(np.linalg.norm(high - low))
+
+
+def in_pieces(scene):
+    """scene -> (Scene with polygons and meshes in pieces, (n pieces,) the surface that each is a piece of)."""
+    surfaces, owner = [], []
+    for k, surface in enumerate(scene.surfaces):
+        surfaces += [replace(surface, shape=piece) for piece in surface.shape.pieces]
+        owner += [k] * len(surface.shape.pieces)
+    return Scene(surfaces, scene.background, scene.rounding), np.array(owner)

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from .lights import SunLight
-from .scene import unit
+from .shapes.shape import unit
 
 SUN_RADIUS = np.radians(3.0)  # within which what is bright about a peak is one sun
 SUN_RISE = 30.0  # times the mean radiance that it must have at least, and

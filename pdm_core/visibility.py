@@ -5,14 +5,16 @@ Bounding volumes and separating planes decide before any work per point; the res
 
 import numpy as np
 
-from .closed_forms import cross, dot, polygon_unoccluded, transform
+from .closed_forms import dot, polygon_unoccluded
 from .contacts import contacts_of
-from .scene import Sphere
-from .view import TOUCHING, ShapeTable, over_edges, padded, segment_blocked, visible_factors
+from .sampled import segment_blocked
+from .shape_table import TOUCHING, ShapeTable
+from .view import over_edges, padded, visible_factors
 
 STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
 CLOSED = 1e-6  # difference from 1 of what walls fill that counts as none: Blender's coordinates are single
+ROOM = 2  # a ball seen from within, of kinds of sources
 SILENT = 3  # surfaces that send nothing whose factors it pays to find, to be spared one of a plane
 PAIRS = 1 << 16
 VIEWS = 1 << 18  # (point, shape) entries compared with a polygon's edges at once
@@ -28,7 +30,7 @@ class Shafts:
         self.eps = scene.tolerance
         self.is_plane = ~self.table.is_ball
         self.centre, self.radius = self.table.origin.T, self.table.bound
-        self.normal = np.array([s.normal if not isinstance(s, Sphere) else np.zeros(3) for s in scene.shapes])
+        self.normal = np.array([s.normal for s in scene.shapes])
         self.low, self.high = self._heights()
         self.shape = scene.shape_of
         self.sign = np.array([s.sign for s in scene.surfaces])
@@ -46,7 +48,7 @@ class Shafts:
 
     def _walls(self):
         """Surfaces of walls, if every other shape has a surface wherever it can be seen; else none."""
-        sides = np.zeros((len(self.is_plane), 2), bool)
+        sides = np.zeros((len(self.scene.shapes), 2), bool)
         sides[self.shape, (self.sign > 0).astype(int)] = True
         whole = np.where(self.is_plane, sides.all(axis=1), sides[:, 1]) | self.wall
         if not whole.all() or self.inside.any():
@@ -80,13 +82,10 @@ class Shafts:
         low = np.einsum("pi,ki->pk", self.normal, self.centre)
         low -= np.einsum("pi,pi->p", self.normal, self.centre)[:, None]
         high = low.copy()
-        for k, shape in enumerate(self.scene.shapes):  # support of an affine ball, or of a parallelogram's corners
-            if isinstance(shape, Sphere):
-                reach = np.linalg.norm(self.normal @ shape.linear, axis=1)
-                low[:, k], high[:, k] = low[:, k] - reach, high[:, k] + reach
-            else:
-                height = self.normal @ (shape.corners - self.centre[k]).T
-                low[:, k], high[:, k] = low[:, k] + height.min(axis=1), high[:, k] + height.max(axis=1)
+        for k, shape in enumerate(self.scene.shapes):
+            below, above = shape.extent(self.normal)
+            low[:, k] += below
+            high[:, k] += above
         return low, high
 
     def may_hide(self, a, b, around=None):
@@ -200,143 +199,22 @@ class Shafts:
         return np.moveaxis(~blocked, 2, 0)
 
 
-class Shadows:
-    """What occluders hide of planes from points, as regions of the planes in coordinates (a, b) along their edges.
-
-    The ray to o + a u + b v meets a ball where a quadratic in (a, b) is positive, a parallelogram where five linear
-    functions are. Both are known once for each (point, plane) pair, whatever cells the plane is cut into.
-    """
-
-    def __init__(self, table, points, frame, occluders):
-        """points (n, 3) m; frame (o, u, v), each (3, n) m, of the planes; occluders (n, k) padded with -1."""
-        pair, slot = np.nonzero(occluders >= 0)
-        shape = occluders[pair, slot]
-        self.kinds = []
-        for is_ball, kind in ((True, _BallShadows), (False, _FlatShadows)):
-            some = np.flatnonzero(table.is_ball[shape] == is_ball)
-            if len(some):
-                number = np.bincount(pair[some], minlength=len(points))
-                inverse, at = table.inverse.take(shape[some], axis=2), pair[some]
-                x = np.ascontiguousarray(points.T).take(at, axis=1)
-                local = [transform(inverse, x - table.origin.take(shape[some], axis=1))]
-                local += [transform(inverse, frame[0].take(at, axis=1) - x)]
-                local += [transform(inverse, edge.take(at, axis=1)) for edge in frame[1:]]
-                self.kinds.append((number, np.cumsum(number) - number, kind(*local, table.slack[shape[some]])))
-
-    def over(self, pair, low, high, place):
-        """Of rectangles low..high (2, n) of pairs (n,): which of their samples at place (2, j, n) are hidden
-        (j, j, n), and whether a shadow may come near at all (n,)."""
-        middle, half = (low + high) / 2, (high - low) / 2
-        j, n = place.shape[1:]
-        near, hidden = np.zeros(n, bool), np.zeros(j * j * n, bool)
-        for number, first, shadows in self.kinds:
-            count = number[pair]
-            cell = np.repeat(np.arange(n), count)
-            entry = np.arange(len(cell)) + np.repeat(first[pair] - np.cumsum(count) + count, count)
-            keep = np.flatnonzero(shadows.near(entry, middle.take(cell, axis=1), half.take(cell, axis=1)))
-            cell, entry = cell[keep], entry[keep]
-            near[cell] = True
-            shadow = shadows.hides(entry, *place.take(cell, axis=2)).reshape(j * j, -1)
-            sample, which = np.nonzero(shadow)
-            hidden[sample * n + cell[which]] = True
-        return hidden.reshape(j, j, n), near
-
-
-def _on_lattice(q, a, b):
-    """q0 + qa a + qb b + qaa a^2 + qab a b + qbb b^2, q (6, m), or only its first three terms, at a, b (j, m)."""
-    if len(q) == 3:
-        return (q[0] + q[1] * a)[:, None] + q[2] * b
-    rows, slope = q[0] + a * (q[1] + a * q[3]), q[2] + a * q[4]
-    return rows[:, None] + b * (slope[:, None] + b * q[5])
-
-
-def _highest(q, middle, half):
-    """An upper bound (m,) of such functions over rectangles with these middles and halves (2, m)."""
-    (a, b), (da, db) = middle, half
-    if len(q) == 3:
-        return q[0] + q[1] * a + q[2] * b + np.abs(q[1]) * da + np.abs(q[2]) * db
-    value = q[0] + a * (q[1] + a * q[3]) + b * (q[2] + a * q[4] + b * q[5])
-    slope = np.abs(q[1] + 2 * q[3] * a + q[4] * b) * da + np.abs(q[2] + 2 * q[5] * b + q[4] * a) * db
-    return value + slope + np.abs(q[3]) * da**2 + np.abs(q[4]) * da * db + np.abs(q[5]) * db**2
-
-
-class _BallShadows:
-    """p (3, m) the point, d = o + a u + b v the step from it, where the ball is the unit ball."""
-
-    def __init__(self, p, o, u, v, slack):
-        self.ahead = np.stack([dot(p, o), dot(p, u), dot(p, v)])  # p . d, negative towards the ball
-        oo, ou, ov, uu, uv, vv = (dot(*k) for k in ((o, o), (o, u), (o, v), (u, u), (u, v), (v, v)))
-        length2 = np.stack([oo, 2 * ou, 2 * ov, uu, 2 * uv, vv])
-        power = dot(p, p) - 1
-        (c, ca, cb), zero = self.ahead, np.zeros(len(power))
-        self.meets = np.stack([c * c, 2 * c * ca, 2 * c * cb, ca * ca, 2 * ca * cb, cb * cb]) - power * length2
-        # of a ball that reaches through the plane: its nearest point of the ray, or the end of it, is before the plane
-        self.before = length2 + np.stack([c, ca, cb, zero, zero, zero])
-        self.end = length2 + np.stack([2 * c + power, 2 * ca, 2 * cb, zero, zero, zero])
-        normal = cross(u, v)
-        self.through = np.abs(dot(normal, p + o)) < (1 - slack) * np.sqrt(dot(normal, normal))
-        inside = power < -2 * slack  # then it hides what is outside of it, beyond its far side
-        self.meets[:, inside], self.ahead[:, inside] = self.end[:, inside], 0.0
-        self.ahead[0, inside], self.through[inside] = -1.0, False
-
-    def near(self, entry, middle, half):
-        ahead = _highest(-self.ahead.take(entry, axis=1), middle, half) > 0
-        return ahead & (_highest(self.meets.take(entry, axis=1), middle, half) > 0)
-
-    def hides(self, entry, a, b):
-        hidden = (_on_lattice(self.meets.take(entry, axis=1), a, b) > 0) & (
-            _on_lattice(self.ahead.take(entry, axis=1), a, b) < 0
-        )
-        some = np.flatnonzero(self.through[entry])
-        if len(some):
-            e, a, b = entry[some], a[:, some], b[:, some]
-            reached = (_on_lattice(self.before[:, e], a, b) > 0) | (_on_lattice(self.end[:, e], a, b) < 0)
-            hidden[..., some] &= reached
-        return hidden
-
-
-class _FlatShadows:
-    """As for balls, where the parallelogram is the unit square about the origin."""
-
-    def __init__(self, p, o, u, v, slack):
-        d = np.stack([o, u, v], axis=1)  # (3, 3 of 1, a and b, m)
-        sign = np.where(p[2] < 0, -1.0, 1.0)
-        height = np.abs(p[2])  # of the point over the parallelogram's plane, on its side
-        fall = -sign * d[2]  # of the ray
-        beyond = fall.copy()
-        beyond[0] -= height + slack
-        beyond[:, height < slack] = 0.0  # seen edge-on
-        # the ray crosses the plane at p + (height / fall) d
-        sides = [0.5 * fall + k * (p[i] * fall + height * d[i]) for i in (0, 1) for k in (1, -1)]
-        self.meets = np.stack([beyond, *sides])
-
-    def near(self, entry, middle, half):
-        return np.logical_and.reduce([_highest(q, middle, half) > 0 for q in self.meets.take(entry, axis=2)])
-
-    def hides(self, entry, a, b):
-        return np.logical_and.reduce([_on_lattice(q, a, b) > 0 for q in self.meets.take(entry, axis=2)])
-
-
-def _stacked(lists):
-    """Arrays of several widths, padded with -1, as one."""
-    width = max(part.shape[1] for part in lists)
-    return np.concatenate([np.pad(p, ((0, 0), (0, width - p.shape[1])), constant_values=-1) for p in lists])
-
-
 class Factors:
     """Form factors from points to whole surfaces, behind all that hides them."""
 
     def __init__(self, scene, shafts, counts):
         self.scene, self.shafts, self.counts = scene, shafts, counts
         shapes = [s.shape for s in scene.surfaces]
-        self.is_sphere = np.array([isinstance(s, Sphere) for s in shapes])
-        self.is_inside = np.array([s.is_inside for s in scene.surfaces])
+        # planes, balls from outside, balls from within
+        self.kind = shafts.table.is_ball[shafts.shape] + 1 * shafts.inside
         self.origin = np.array([s.origin for s in shapes])
         self.inverse = np.array([s.inverse for s in shapes])
-        self.corners = np.array([s.origin + np.zeros((4, 3)) if isinstance(s, Sphere) else s.corners for s in shapes])
-        self.front = np.array(
-            [np.zeros(3) if isinstance(x.shape, Sphere) else x.sign * x.shape.normal for x in scene.surfaces]
-        )
+        self.corners = np.array([s.corners for s in shapes])
+        self.front = np.array([s.sign * s.shape.normal for s in scene.surfaces])
+
+    def by_kind(self, source):
+        """Indices (k,) into sources (m,), surfaces: planes, balls seen from outside, balls seen from within."""
+        return [np.flatnonzero(self.kind[source] == kind) for kind in range(ROOM + 1)]
 
     def facing(self, points, source):
         """(m,) Whether points (m, 3) are before the planes of sources (m,)."""
@@ -346,16 +224,15 @@ class Factors:
     def pairs(self, points, normals, surface, source):
         """points, normals (m, 3) on surfaces (m,) (-1: free), source surfaces (m,) -> form factors (m,)"""
         out = np.zeros(len(points))
-        flat = np.flatnonzero(~self.is_sphere[source])
+        flat, ball, room = self.by_kind(source)
         x, n, corners = points.take(flat, axis=0), normals.take(flat, axis=0), self.corners.take(source[flat], axis=0)
         above = np.einsum("nki,ni->nk", corners - x[:, None], n).max(axis=1) > 0
         keep = np.flatnonzero(self.facing(x, source[flat]) & above)
         flat, x, n, corners = flat[keep], *(a.take(keep, axis=0) for a in (x, n, corners))
         out[flat] = self.visible(x, n, surface[flat], source[flat], corners)
-        ball = np.flatnonzero(self.is_sphere[source] & ~self.is_inside[source] & self.elsewhere(surface, source))
+        ball = ball[self.elsewhere(surface[ball], source[ball])]
         ball = ball[~self.inside(points[ball], source[ball])]
         out[ball] = self.visible(points.take(ball, axis=0), normals.take(ball, axis=0), surface[ball], source[ball])
-        room = np.flatnonzero(self.is_inside[source])
         elsewhere = self.elsewhere(surface[room], source[room])
         room = room[(surface[room] == source[room]) | (elsewhere & self.inside(points[room], source[room]))]
         for s in np.unique(source[room]):
@@ -387,7 +264,7 @@ class Factors:
         own = np.where(surface >= 0, self.shafts.shape[surface], -1)
         occluders = np.tile(np.arange(len(self.scene.shapes)), (len(points), 1))
         occluders[occluders == own[:, None]] = -1  # a convex shape hides nothing from its own points
-        open_air = np.flatnonzero(~((surface >= 0) & self.is_inside[surface]))
+        open_air = np.flatnonzero(~((surface >= 0) & (self.kind[surface] == ROOM)))
         out = np.zeros(len(points))
         x, n, nowhere = points[open_air], normals[open_air], np.full(len(open_air), -1)
         out[open_air] = visible_factors(self.shafts.table, x, n, nowhere, None, occluders[open_air], True, self.counts)
@@ -412,3 +289,9 @@ class Factors:
             if background:
                 rows[:, -1] = self.escaping(points[part], normals[part], surface[part])
         return out
+
+
+def _stacked(lists):
+    """Arrays of several widths, padded with -1, as one."""
+    width = max(part.shape[1] for part in lists)
+    return np.concatenate([np.pad(p, ((0, 0), (0, width - p.shape[1])), constant_values=-1) for p in lists])

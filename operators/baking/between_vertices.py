@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...pdm_core.scene import unit
+from ...pdm_core.shapes.shape import unit
 from .bake_points import world_vertices
 
 SHARE = 0.1  # points looked at, of the vertices baked

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..reporting.convergence_page import ramp
+from ..reading.picture import linear_of_srgb
+from ..reporting.ramp import ramp
 from .bake_points import joined
 from .colour_attribute import Colours
 from .passes import SUFFIX as SUFFIXES
@@ -44,6 +45,5 @@ def heat_map_steps(solution, targets, points):
 
 
 def ramp_colours(share):
-    """share (n,) of 0 to 1 -> (n, 3) linear colours of the page's ramp"""
-    srgb = ramp(share)
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    """share (n,) of 0 to 1 -> (n, 3) linear colours of the ramp"""
+    return linear_of_srgb(ramp(share))

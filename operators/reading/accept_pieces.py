@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pdm_core.scene import LOST, tolerance_of
+from ...pdm_core.scene import LOST
+from ...pdm_core.shapes.shape import tolerance_of
 from .read_surfaces import twins
 
 THIN = 1.01 * LOST  # tolerances

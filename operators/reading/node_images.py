@@ -8,12 +8,9 @@ import numpy as np
 from .image_pixels import ImageError, read_pixels
 from .node_places import read_off
 from .node_places import uv as uv_map
-from .node_values import Value, at_places, derive
+from .node_values import Value, derive
 from .node_walk import Recipe, Unknown
-from .picture import Picture, Tiles, Use, footprint
-
-# how many samples a side each cell has whose mean is asked for, 0 where it is none; see varying.Places
-SAMPLES = at_places(lambda places: np.array([[places.samples]]))
+from .picture import Picture, Tiles, Use
 
 
 def _image_texture(output, walk):
@@ -43,13 +40,9 @@ def _image_texture(output, walk):
 
 
 def _seen(picture, use, place):
+    seen = derive(lambda uv: picture.look_up(uv, use), place)
     if not place.varies:
-        return derive(lambda uv: picture.look_up(uv, use), place)
-
-    def look_up(uv, samples):
-        return picture.look_up(uv, use, footprint(uv, int(samples[0, 0])))
-
-    seen = derive(look_up, place, SAMPLES)
+        return seen
     return Value(None, seen.function, seen.inputs, seen.needs | {("image", "")}, seen.notes)
 
 

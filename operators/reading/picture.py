@@ -1,10 +1,9 @@
-"""An image as a function of the plane: between its pixels, beyond its edges, and as means over more than one pixel.
+"""An image as a function of the plane: between its pixels and beyond its edges.
 
 No bpy. Pixels are (h, w, 4) linear Rec.709 multiplied by alpha, row 0 the lowest, see image_pixels.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -14,44 +13,16 @@ ROWS = 64  # of an image, encoded at once
 class Picture:
     """pixels (h, w, 4) float32 linear, multiplied by alpha unless `is_packed`: a fourth channel of its own. encoded:
     whether Cycles keeps it as sRGB bytes, between which it interpolates before it decodes them.
-
-    finest (h, w, 4): what is interpolated between where nothing is averaged, bytes where encoded.
     """
 
     def __init__(self, pixels, encoded=False, is_packed=False):
         self.encoded = encoded
-        self.finest = _bytes(pixels, is_packed) if encoded else pixels
-        self._half = _halved(pixels)
+        self.pixels = _bytes(pixels, is_packed) if encoded else pixels  # what is interpolated between
 
-    @cached_property
-    def levels(self):
-        """[(h, w, 4)] linear: the finest, then means over 2 x 2, 4 x 4, ... pixels until one is left."""
-        levels = [self.finest, self._half]
-        while levels[-1].shape[0] * levels[-1].shape[1] > 1:
-            levels.append(_halved(levels[-1]))
-        return levels
-
-    def look_up(self, uv, use, footprint=None):
-        """uv (n, 2) in images -> colour and alpha (n, 4). footprint (n, 2): the width and height to average over."""
-        if footprint is None:
-            return self._level(0, uv, use)
-        height, width = self.finest.shape[:2]
-        texels = np.maximum((footprint * [width, height]).max(axis=1), 1e-9)
-        level = np.clip(np.log2(texels), 0.0, len(self.levels) - 1)
-        low = np.floor(level).astype(int)
-        out = np.empty((len(uv), 4))
-        for k in np.unique(low):
-            at = low == k
-            share = (level[at] - k)[:, None]
-            fine = self._level(k, uv[at], use)
-            out[at] = fine if not share.any() else (1 - share) * fine + share * self._level(k + 1, uv[at], use)
-        return out
-
-    def _level(self, k, uv, use):
-        if k == 0:
-            found = use.sample(self.finest, uv)
-            return use.finish(found / 255 if self.encoded else found, self.encoded)
-        return use.finish(use.sample(self.levels[min(k, len(self.levels) - 1)], uv), False)
+    def look_up(self, uv, use):
+        """uv (n, 2) in images -> colour and alpha (n, 4)."""
+        found = use.sample(self.pixels, uv)
+        return use.finish(found / 255 if self.encoded else found, self.encoded)
 
 
 def _bytes(pixels, is_packed):
@@ -66,26 +37,6 @@ def _bytes(pixels, is_packed):
         encoded[y : y + ROWS, :, :3] = values * alpha + 1e-4 if is_clear else values
         encoded[y : y + ROWS, :, 3:] = np.rint(alpha * 255)
     return encoded
-
-
-def _halved(pixels):
-    """Means over 2 x 2 pixels; of an odd number of rows or columns by their shares, so that the whole mean is kept."""
-    for axis in (0, 1):
-        along = np.moveaxis(pixels, axis, 0)
-        if len(along) > 1:
-            along = (along[0::2] + along[1::2]) / 2 if len(along) % 2 == 0 else _shares(along)
-            pixels = np.moveaxis(along, 0, axis)
-    return np.ascontiguousarray(pixels, np.float32)
-
-
-def _shares(rows):
-    """An odd number n of rows as (n + 1) / 2 means over equal parts of them."""
-    count = (len(rows) + 1) // 2
-    ends = np.arange(count + 1) * len(rows) / count
-    total = np.concatenate([np.zeros_like(rows[:1], float), np.cumsum(rows, axis=0, dtype=float)])
-    row = np.minimum(ends.astype(int), len(rows) - 1)
-    total = total[row] + (ends - row)[:, None, None] * rows[row]
-    return np.diff(total, axis=0) * count / len(rows)
 
 
 @dataclass(frozen=True)
@@ -153,7 +104,7 @@ class Tiles:
     def __init__(self, pictures):
         self.pictures = pictures
 
-    def look_up(self, uv, use, footprint=None):
+    def look_up(self, uv, use):
         cell = np.floor(uv)
         number = np.where((cell[:, 0] >= 0) & (cell[:, 0] < 10), 1001 + cell[:, 0] + 10 * cell[:, 1], 0).astype(int)
         out = np.zeros((len(uv), 4))
@@ -161,22 +112,8 @@ class Tiles:
         for k, picture in self.pictures.items():
             at = number == k
             if at.any():
-                extent = None if footprint is None else footprint[at]
-                out[at] = picture.look_up((uv - cell)[at], within, extent)
+                out[at] = picture.look_up((uv - cell)[at], within)
         return out
-
-
-def footprint(uv, samples):
-    """(n, 2): how far apart neighbouring samples are in the image; None where there are none.
-
-    uv (cells * samples^2, 2), cell by cell, row by row. The median in each cell, which a seam of the map leaves alone.
-    """
-    if not samples:
-        return None
-    grid = uv.reshape(-1, samples, samples, 2)
-    steps = [np.abs(np.diff(grid, axis=axis)).reshape(len(grid), -1, 2) for axis in (1, 2)]
-    widest = np.maximum(*(np.median(step, axis=1) for step in steps))
-    return np.repeat(widest, samples**2, axis=0)
 
 
 def linear_of_srgb(value):

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 from ...pdm_core import Scene, SceneError
-from ...pdm_core.scene import unit
+from ...pdm_core.shapes.shape import unit
 from ...pdm_core.signs_of_life import finish, in_thread, mapped
 from .accept_pieces import accept_pieces
 from .hidden_sides import surfaces_of

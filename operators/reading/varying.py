@@ -1,15 +1,14 @@
-"""What varies over a mesh's faces as a function of points in the world: evaluated there, or averaged around them."""
+"""What varies over a mesh's faces as a function of points in the world."""
 
 from functools import cached_property
 
 import numpy as np
 
-from ...pdm_core.scene import unit
+from ...pdm_core.shapes.shape import unit
 from .nearest_face import NearestFace
 from .node_values import evaluate
 
 CHUNK = 32768  # points at a time
-SAMPLES = 4  # a side of each cell whose mean is asked for
 AFFINE = 2e-6  # of the range of values: a map that is straight to this is taken so, and needs no faces
 
 
@@ -35,13 +34,6 @@ class Faces:
     def world(self):
         """NearestFace of the triangles in the world, where points are near what they look near to."""
         return NearestFace(self.places @ self.matrix[:3, :3].T + self.matrix[:3, 3])
-
-    @cached_property
-    def normal(self):
-        """(3,) the unit normal in the world of faces that all lie in one plane, or None."""
-        normals = self.world.normals
-        flat = np.abs(np.cross(normals, normals[0])).max() < AFFINE
-        return normals[0] if flat else None
 
     @cached_property
     def normals(self):
@@ -72,13 +64,11 @@ class Faces:
 
 
 class Places:
-    """Points (n, 3) m in the world on Faces, and what textures read there. samples: where the points are those of
-    cells, cell by cell and row by row, how many a side, else 0."""
+    """Points (n, 3) m in the world on Faces, and what textures read there."""
 
-    def __init__(self, faces, points, samples=0):
+    def __init__(self, faces, points):
         self.faces = faces
         self.points = points
-        self.samples = samples
 
     def read(self, kind, name=""):
         """(n, k) of what is asked for: see MeshLayers; what the mesh has not is 0."""
@@ -128,36 +118,9 @@ class Varying:
         self.faces = faces
 
     def __call__(self, points):
-        return self._in_chunks(np.atleast_2d(np.asarray(points, float)), 0)
-
-    def mean_at(self, points, size):
-        """(n, 3): means over squares of `size` (n,) m a side around points (n, 3), along the faces there."""
         points = np.atleast_2d(np.asarray(points, float))
-        size = np.broadcast_to(np.asarray(size, float), len(points))
-        one, other = _tangents(self._normals(points))
-        step = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
-        along = (size[:, None] * step)[..., None]  # (n, samples, 1)
-        one, other = along * one[:, None], along * other[:, None]
-        cells = points[:, None, None] + one[:, :, None] + other[:, None]
-        values = self._in_chunks(cells.reshape(-1, 3), SAMPLES)
-        return values.reshape(len(points), SAMPLES**2, 3).mean(axis=1)
-
-    def _in_chunks(self, points, samples):
         values = np.empty((len(points), 3))
-        for start in range(0, len(points), CHUNK):  # a multiple of the samples of a cell
+        for start in range(0, len(points), CHUNK):
             part = slice(start, start + CHUNK)
-            values[part] = evaluate(self.value, Places(self.faces, points[part], samples))
+            values[part] = evaluate(self.value, Places(self.faces, points[part]))
         return values
-
-    def _normals(self, points):
-        if self.faces.normal is not None:
-            return np.broadcast_to(self.faces.normal, points.shape)
-        return self.faces.world.normals[self.faces.world.locate(points)[0]]
-
-
-def _tangents(normals):
-    """Two unit vectors (n, 3) each across unit normals (n, 3)."""
-    axis = np.eye(3)[np.abs(normals).argmin(axis=1)]
-    one = np.cross(normals, axis)
-    one /= np.maximum(np.linalg.norm(one, axis=1, keepdims=True), 1e-300)
-    return one, np.cross(normals, one)

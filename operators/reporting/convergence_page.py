@@ -5,7 +5,7 @@ import io
 import math
 from html import escape
 
-import numpy as np
+from .ramp import css, css_stops
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 720, 420, 70, 16, 16, 52  # of the plot, in its own units
 EXACT, PUBLISHED, CYCLES = "this bake", "published method", "Cycles"
@@ -22,7 +22,6 @@ COLUMNS = (
     ("rays", "Rays"), ("shadow_rays", "Shadow rays"),
 )  # fmt: skip
 SHARES = {"stated", "surfaces", "l2", "p95", "worst", "noise", "bias"}  # columns of relative errors
-RAMP = ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37))  # viridis, of the heat map
 
 STYLE = """
 :root{--ink:#1b1d21;--paper:#fff;--soft:#5c6370;--line:#d8dce3;--shade:#8884}
@@ -303,15 +302,14 @@ def _where(result):
     top = max((item["error"] for item in result["worst"]), default=0.0)
     if not top > 0:
         return ""
-    stops = ",".join(f"rgb{stop}" for stop in RAMP)
     rows = "".join(
         f"<tr><td>{escape(item['object'])}</td><td>{', '.join(f'{v:g}' for v in item['at'])}</td>"
-        f'<td><span style="display:inline-block;width:1em;height:1em;background:{colour(item["error"] / top)}"></span>'
+        f'<td><span style="display:inline-block;width:1em;height:1em;background:{css(item["error"] / top)}"></span>'
         f" {percent(item['error'])}</td></tr>"
         for item in result["worst"]
     )
     return (
-        f'{_map(result["map"], top)}<div class="ramp" style="background:linear-gradient(90deg,{stops})"></div>'
+        f'{_map(result["map"], top)}<div class="ramp" style="background:linear-gradient(90deg,{css_stops()})"></div>'
         f'<div class="ends soft"><span>0 %</span><span>{percent(top)} of the mean light</span></div>'
         '<div class="wide"><table><thead><tr><th scope="col">Object</th><th scope="col">Worst vertex, m</th>'
         f'<th scope="col">Estimated error</th></tr></thead><tbody>{rows}</tbody></table></div>'
@@ -325,22 +323,11 @@ def _map(dots, top):
         return ""
     high = max(up for _, up, _ in dots)
     body = "".join(
-        f'<circle cx="{100 * across:.1f}" cy="{100 * (high - up):.1f}" r=".55" fill="{colour(error / top)}"/>'
+        f'<circle cx="{100 * across:.1f}" cy="{100 * (high - up):.1f}" r=".55" fill="{css(error / top)}"/>'
         for across, up, error in dots
     )
     label = "The vertices that face the eye, coloured by estimated error; the table below names the worst"
     return f'<svg class="map" viewBox="-1 -1 102 {100 * high + 2:.0f}" role="img" aria-label="{label}">{body}</svg>'
-
-
-def colour(share):
-    """CSS colour of 0 to 1 on the ramp."""
-    return "rgb({:.0f},{:.0f},{:.0f})".format(*255 * ramp(share))
-
-
-def ramp(share):
-    """share (...) of 0 to 1 -> (..., 3) sRGB from 0 to 1"""
-    place = np.clip(share, 0.0, 1.0) * (len(RAMP) - 1)
-    return np.stack([np.interp(place, range(len(RAMP)), stop) for stop in np.array(RAMP).T / 255], axis=-1)
 
 
 def _foretold(result):

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from ..mesh import Mesh
-from ..scene import Plane, Sphere
+from ..contacts import near
+from ..read_off import runs_of
 from .facets import KEPT
-from .placed import LIFTED, Placed
+from .placed import Placed
 
 ON = 4.0  # tolerances within which a point lies on another shape
 ALIKE = 1e-3  # sine up to which two shapes lie in one plane
-PAIRS = 1 << 20  # of points and shapes at once
+PAIRS = 1 << 18  # of points and shapes at once
 
 
 def read_places(facets, surface, points, normals=None, inward=None):
@@ -27,9 +27,10 @@ class Beside:
     def __init__(self, facets):
         scene = facets.scene
         self.scene, self.tolerance, self.centre = scene, facets.tolerance, facets.centre
-        flat = np.array([k for k, s in enumerate(scene.shapes) if not isinstance(s, Sphere | Mesh)], int)
+        self.own = facets.own
+        flat = facets.flat
         self.shapes = [scene.shapes[k] for k in flat]
-        corners = [s.corners if isinstance(s, Plane) else s.outline for s in self.shapes]
+        corners = [shape.outline for shape in self.shapes]
         reach = ON * facets.tolerance
         self.low = np.array([c.min(axis=0) for c in corners]).reshape(-1, 3) - reach
         self.high = np.array([c.max(axis=0) for c in corners]).reshape(-1, 3) + reach
@@ -38,6 +39,13 @@ class Beside:
         self.normal = np.array([s.normal for s in self.shapes]).reshape(-1, 3) * shown[:, None]
         self.place = np.full(len(scene.shapes), -1)
         self.place[flat] = np.arange(len(flat))
+        self.planes, self.plane_of = facets.planes, facets.plane_of[flat]
+        i, j = near(self.low, self.high, 0.0)
+        apart = np.linalg.norm(np.cross(self.normal[i], self.normal[j]), axis=1) > ALIKE
+        i, j = np.concatenate([i[apart], j[apart]]), np.concatenate([j[apart], i[apart]])
+        self.other = j[np.lexsort((j, i))]  # neighbours of each flat shape in turn
+        self.count = np.bincount(i, minlength=len(flat))
+        self.first = np.cumsum(self.count) - self.count
 
     def moved(self, surface, points):
         """points (n, 3) m of surfaces (n,) -> (n, 3): those on which other flat shapes stand just there are moved to
@@ -46,12 +54,44 @@ class Beside:
         A floor's vertex in the edge of a box is under the box as much as beside it; only the one side is ever seen.
         """
         out, own = np.array(points, float), self.place[self.scene.shape_of[surface]]
-        for k in np.unique(own[own >= 0]):
-            near = ((self.low <= self.high[k]) & (self.high >= self.low[k])).all(axis=1)
-            near &= np.linalg.norm(np.cross(self.normal, self.normal[k]), axis=1) > ALIKE
-            some = np.flatnonzero(own == k)
-            out[some] += KEPT * self.tolerance * self._away(k, np.flatnonzero(near), out[some])
+        for some in self._chunks(own):
+            point, other = self._neighbours(own, some)
+            there = self._lie_on(out[point], other)
+            point, other = point[there], other[there]
+            mine = self.normal[own[point]]
+            along = self.normal[other] - np.einsum("ni,ni->n", self.normal[other], mine)[:, None] * mine
+            away = np.zeros((len(some), 3))  # the sum of unit directions that lead away
+            np.add.at(away, point - some[0], along / np.linalg.norm(along, axis=1, keepdims=True))
+            out[some] += KEPT * self.tolerance * away
         return out
+
+    def _chunks(self, own):
+        """Runs (k,) of points, of flat shapes own (n,) or -1, with PAIRS neighbours or of one point."""
+        ends = np.cumsum(np.where(own >= 0, self.count[own], 0))
+        cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1] if len(ends) else 0, PAIRS), side="right"))
+        return [some for some in np.split(np.arange(len(own)), cuts) if len(some)]
+
+    def _neighbours(self, own, some):
+        """Points and the flat shapes near their own, not in one plane with it (k,) each, of points some (m,)."""
+        some = some[own[some] >= 0]
+        count = self.count[own[some]]
+        point = np.repeat(some, count)
+        place = np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
+        return point, self.other[np.repeat(self.first[own[some]], count) + place]
+
+    def _lie_on(self, points, other):
+        """Indices (k,) of points (n, 3) m that lie on flat shapes (n,)."""
+        some = np.flatnonzero(((points >= self.low[other]) & (points <= self.high[other])).all(axis=1))
+        x, k = points[some], other[some]
+        height = np.einsum("ni,ni->n", x - self.origin[k], self.normal[k])
+        some = some[np.abs(height) <= ON * self.tolerance]
+        x, k = points[some], other[some]
+        on, which = np.empty_like(x), self.plane_of[k]
+        flat, rest = np.flatnonzero(which >= 0), np.flatnonzero(which < 0)
+        on[flat] = self.planes.project(which[flat], x[flat])
+        for number, mine in runs_of(k[rest]):
+            on[rest[mine]] = self.shapes[number].project(x[rest[mine]])
+        return some[np.linalg.norm(x - on, axis=1) <= ON * self.tolerance]
 
     def lifted(self, receivers, surface):
         """Receivers on meshes, of surfaces (n,), in place: none is lifted through a flat shape that its mesh stands on.
@@ -59,11 +99,9 @@ class Beside:
         A cup's foot would see what is under the table.
         """
         number = self.scene.shape_of[surface]
-        for k in np.unique(number[self.place[number] < 0]):
+        for k in np.unique(number[self.own[number] < 0]):
             shape = self.scene.shapes[k]
-            if not isinstance(shape, Mesh):
-                continue
-            reach = LIFTED * np.sqrt(shape.areas.max()) + KEPT * self.tolerance
+            reach = shape.reach(KEPT * self.tolerance)
             some = np.flatnonzero(number == k)
             points = receivers.exact[some]
             centre, low, high = shape.bounds[0], points.min(axis=0) - reach, points.max(axis=0) + reach
@@ -78,19 +116,3 @@ class Beside:
                 points[on] += (KEPT * self.tolerance - height[on])[:, None] * side
             receivers.exact[some] = points
             receivers.points[some] = points - self.centre
-
-    def _away(self, own, others, points):
-        """(n, 3) The sum of the unit directions, in the plane of the shape `own`, that lead away from others there."""
-        out = np.zeros_like(points)
-        step = max(1, PAIRS // max(len(others), 1))
-        for start in range(0, len(points), step):
-            part = points[start : start + step]
-            height = part @ self.normal[others].T - np.einsum("ki,ki->k", self.origin[others], self.normal[others])
-            for j in np.flatnonzero((np.abs(height) <= ON * self.tolerance).any(axis=0)):
-                other = others[j]
-                on = np.flatnonzero(np.abs(height[:, j]) <= ON * self.tolerance)
-                on = on[((part[on] >= self.low[other]) & (part[on] <= self.high[other])).all(axis=1)]
-                off = np.linalg.norm(part[on] - self.shapes[other].project(part[on]), axis=1)
-                along = self.normal[other] - (self.normal[other] @ self.normal[own]) * self.normal[own]
-                out[start + on[off <= ON * self.tolerance]] += along / np.linalg.norm(along)
-        return out

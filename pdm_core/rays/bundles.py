@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..closed_forms import cross
+from ..shapes.shape import PARALLEL
 
 PER_CELL = 2.0  # receivers
 CELLS = 250  # along each axis at most: their product fits the sixteen bits that are sorted fast
@@ -18,7 +19,6 @@ CANDIDATES = 1 << 15  # pairs tested at once
 EDGE = 1e-9  # of a facet: how far beside it a ray still meets it, lest one slip between two
 FAR = 1e-9  # part of its distance that a lamp's point is nearer than
 TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
-PARALLEL = 1e-3  # sine up to which it does
 NOTHING, CONTACT = -1, -2  # instead of a facet
 
 

@@ -6,7 +6,7 @@ of what is seen. Were the covered part counted, the feet of all that stands on a
 
 import numpy as np
 
-from ..scene import lattice
+from ..shapes.shape import lattice
 from .bundles import along
 from .nodes import PLACES
 from .rows import DARK

@@ -6,9 +6,9 @@ more and more of them, until what is unsure is below the tolerance.
 
 import numpy as np
 
-from ..scene import unit
+from ..closed_forms import kernel
+from ..shapes.shape import unit
 from .bundles import NOTHING, along, seen_from
-from .sources import kernel
 
 COARSE = 0.02  # target from which on few points of a source will do
 READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and at most, by whether the target is coarse

@@ -9,9 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from ..contacts import near
-from ..mesh import Mesh
-from ..polygon import Polygon
-from ..scene import Plane, Sphere, unit
+from ..shapes.plane import Planes
+from ..shapes.shape import unit
 
 KEPT = 16.0  # tolerances that points keep from the borders of their shapes
 PARTED = 24.0  # tolerances between layers of shapes in one plane: more than MET, and what their own rounding takes
@@ -24,6 +23,7 @@ class Facets:
 
     origin, u, v (m, 3) m about `centre` (3,); triangle (m,) bool; chart (m, 2, 3): chart position = chart @ (1, s, t);
     of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2): that of the front and of the back, or -1;
+    planes, plane_of (n shapes,): the rectangles among them, and which of those each is, or -1; own, flat: see there;
     ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n shapes,): each shape's first facet; moved (n
     shapes,) m: how far along its normal each is, that layers in one plane be parted.
     """
@@ -35,15 +35,18 @@ class Facets:
         sides = np.full((len(shapes), 2), -1)
         back = np.array([s.side == "back" for s in scene.surfaces], int)
         sides[scene.shape_of, back] = np.arange(len(scene))
-        parts = [_parts_of(k, shape) for k, shape in enumerate(shapes) if not isinstance(shape, Sphere)]
-        empty = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, bool), np.zeros((0, 2, 3))
-        origin, u, v, self.triangle, self.chart = (np.concatenate(p) for p in zip(empty, *(p[1:] for p in parts)))
-        flat = np.array([p[0] for p in parts], int)
-        count = np.array([len(p[1]) for p in parts], int)
-        balls = np.array([k for k, s in enumerate(shapes) if isinstance(s, Sphere)], int)
-        self.shape = np.concatenate([np.repeat(flat, count), balls])
-        self.first = np.full(len(shapes), -1)
-        self.first[flat] = np.cumsum(count) - count
+        parts = [shape.facets for shape in shapes]
+        origin, u, v, self.triangle, self.chart = (np.concatenate(part) for part in zip(*parts))
+        count = np.array([len(part[0]) for part in parts])
+        balls = np.flatnonzero(count == 0)
+        self.flat = np.flatnonzero([shape.is_flat for shape in shapes])  # shapes in a plane
+        rectangles = [k for k, shape in enumerate(shapes) if shape.is_rectangle]
+        self.planes, self.plane_of = Planes([shapes[k] for k in rectangles]), np.full(len(shapes), -1)
+        self.plane_of[rectangles] = np.arange(len(rectangles))
+        # the shape that points on each do not meet: its own, but for what may hide parts of itself
+        self.own = np.where([shape.is_mesh for shape in shapes], -1, np.arange(len(shapes)))
+        self.shape = np.concatenate([np.repeat(np.arange(len(shapes)), count), balls])
+        self.first = np.cumsum(count) - count
         self.first[balls] = len(origin) + np.arange(len(balls))
         self.surface = sides[self.shape]
         self.origin, self.u, self.v = origin - self.centre, u, v
@@ -72,21 +75,6 @@ def _middle(shapes):
     return ((centres - radii[:, None]).min(axis=0) + (centres + radii[:, None]).max(axis=0)) / 2
 
 
-def _parts_of(number, shape):
-    """number, origin, u, v, triangle, chart of a flat shape's or a mesh's facets."""
-    if isinstance(shape, Plane):
-        chart = np.array([[[0.0, 1, 0], [0, 0, 1]]])
-        return number, shape.origin[None], shape.u[None], shape.v[None], np.zeros(1, bool), chart
-    corners = shape.few_triangles if isinstance(shape, Polygon) else shape.vertices[shape.triangles]
-    o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    if isinstance(shape, Mesh):
-        chart = np.tile(np.array([[[0.0, 1, 0], [0, 0, 1]]]), (len(o), 1, 1))
-    else:
-        at = shape.local(corners.reshape(-1, 3))[:, :2].reshape(-1, 3, 2)
-        chart = np.stack([at[:, 0], at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=2)
-    return number, o, u, v, np.ones(len(o), bool), chart
-
-
 def _layers(facets, sides):
     """(n shapes,) m: how far each is moved along its normal, so that of shapes that lie in one plane and look the same
     way the smaller is on top, and those of equal size that look opposite ways lie back to back. Where either has two
@@ -94,7 +82,7 @@ def _layers(facets, sides):
     dark to each other; but walls of two rooms are behind each other."""
     shapes = facets.scene.shapes
     out = np.zeros(len(shapes))
-    flat = np.array([k for k, s in enumerate(shapes) if isinstance(s, Plane | Polygon)], int)
+    flat = facets.flat
     if len(flat) < 2:
         return out
     normal = np.array([shapes[k].normal for k in flat])
@@ -135,9 +123,8 @@ def _look_into_rooms(shapes, lit, i, j, tolerance):
     as a room's walls do and a solid's do not; those of few corners."""
     corners, towards = np.full((len(shapes), FEW, 3), np.nan), np.zeros(len(shapes))
     for k, shape in enumerate(shapes):
-        points = shape.corners if isinstance(shape, Plane) else shape.outline
-        if len(points) <= FEW:
-            corners[k, : len(points)] = points
+        if len(shape.outline) <= FEW:
+            corners[k, : len(shape.outline)] = shape.outline
     shared = np.zeros(len(i), int)
     for corner in range(FEW):
         off = np.abs(corners[i, corner][:, None] - corners[j])
@@ -151,5 +138,4 @@ def _look_into_rooms(shapes, lit, i, j, tolerance):
 
 
 def _box(shape):
-    points = shape.corners if isinstance(shape, Plane) else shape.outline
-    return points.min(axis=0), points.max(axis=0)
+    return shape.outline.min(axis=0), shape.outline.max(axis=0)

@@ -10,9 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ..mesh import Mesh
-from ..polygon import Polygon
-from ..scene import Sphere, square_lattice
+from ..shapes.mesh import Mesh
+from ..shapes.polygon import Polygon
+from ..shapes.shape import square_lattice
+from ..shapes.sphere import Sphere
 from .bundles import ball_place
 from .lattice import NEXT, Lattice
 from .placed import Placed

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..scene import lattice
+from ..shapes.shape import lattice
 from .bundles import CONTACT, along
 
 HALVES = 2  # of the directions, alternately

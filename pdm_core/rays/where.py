@@ -3,7 +3,6 @@
 import numpy as np
 
 from ..read_off import runs_of
-from ..scene import Sphere
 from .bundles import ball_chart
 
 POINTS = 1 << 16  # at once
@@ -37,7 +36,7 @@ def _chart_at(nodes, own, points):
     inverse[flat] = [shape.inverse for shape, is_flat in zip(shapes, flat) if is_flat]
     origin[flat] = [shape.origin for shape, is_flat in zip(shapes, flat) if is_flat]
     local = np.einsum("nij,nj->ni", inverse[own], points - origin[own])
-    at, ball = local[:, :2], np.array([isinstance(shape, Sphere) for shape in shapes])[own]
+    at, ball = local[:, :2], nodes.is_ball[own]
     at[ball] = ball_chart(local[ball])
     return np.clip(at, 0.0, 1.0)
 

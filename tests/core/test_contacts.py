@@ -7,7 +7,7 @@ import pytest
 
 from pdm_core import Plane, Scene, SceneError, Sphere, Surface, form_factors, solve
 from pdm_core.contacts import contacts_of, settle
-from pdm_core.radiosity import _State
+from pdm_core.links.transport import Transport
 
 PLACES = {"as made": (0.0, (0, 0, 0)), "turned": (0.3, (0, 0, 0)), "turned and far": (0.7, (1000, 2000, 3))}
 
@@ -69,9 +69,9 @@ def test_rows_of_closed_rooms_close_wherever_they_are(furnished):
         surfaces = place.box((0, 0, 0), size * np.array([1, 1.3, 0.8]), inward=True, sides=("front", "back"))
         if furnished:
             surfaces += place.box(size * np.array([0.2, 0.3, 0]), size * np.array([0.5, 0.6, 0.3]))
-        state = _State(Scene(surfaces, 1.0 * np.ones(3)))
-        field, everyone = state.field, np.arange(len(surfaces))
-        sums = state.factors.matrix(field.points, field.normals, field.node_surface, everyone, True).sum(axis=1)
+        transport = Transport(Scene(surfaces, 1.0 * np.ones(3)))
+        field, everyone = transport.field, np.arange(len(surfaces))
+        sums = transport.factors.matrix(field.points, field.normals, field.node_surface, everyone, True).sum(axis=1)
         sums = sums[~field.contacts.covered(field.points, field.node_surface)]  # by the box: they see nothing
         far = np.linalg.norm(place.offset) / size
         # nodes lie 1e-7 of an edge from the next wall: rounding far away is what their distance to a box is off by

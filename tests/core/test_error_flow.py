@@ -6,7 +6,7 @@ from rooms import cube_planes
 
 from pdm_core import Scene, Surface
 from pdm_core.error_flow import ONE_SIGNED, Flow, areas_of_nodes, density, norms
-from pdm_core.radiosity import _State
+from pdm_core.links.approach import Approach
 from pdm_core.signs_of_life import finish
 
 
@@ -14,11 +14,12 @@ from pdm_core.signs_of_life import finish
 def state():
     """A lit room of reflectance .5 with rows at the first nodes."""
     surfaces = [Surface(plane, 0.5, float(k == 1)) for k, plane in enumerate(cube_planes())]
-    state = _State(Scene(surfaces))
-    finish(state.grow(state.sent.leaves[:0]))
-    state.link_up(0.01)
-    finish(state.extend())
-    return state
+    approach = Approach(Scene(surfaces), 0.01)
+    finish(approach.transport.grow(approach.transport.sent.leaves[:0]))
+    approach.light.follow()
+    approach.refinement.link_up(0.01)
+    finish(approach.light.extend())
+    return approach.transport
 
 
 @pytest.fixture

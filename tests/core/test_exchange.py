@@ -6,7 +6,6 @@ import pytest
 from pdm_core import Mesh, Plane, Polygon, Scene, SceneError, Sphere, Surface, form_factors, pdm_form_factor
 from pdm_core.closed_forms import aligned_rectangles
 from pdm_core.exchange import polygon_exchange
-from pdm_core.facets import facets_of
 from pdm_core.numerics import gauss_square
 
 CORNER = np.array([(0, 0, 0), (3, 0, 0), (3, 1, 0), (1, 1, 0), (1, 3, 0), (0, 3, 0)], float)
@@ -124,13 +123,13 @@ def test_pieces_are_rectangles_where_corners_are_right_angles():
         ([w + [1e-7, 0, 0] for w in windows], 11, False),
     ):
         polygon = Polygon(1e3 * wall @ turn, [1e3 * hole @ turn for hole in holes])
-        pieces = facets_of(polygon)
+        pieces = polygon.pieces
         assert len(pieces) == count and all(piece.half == half for piece in pieces)
         assert abs(sum(piece.area for piece in pieces) / polygon.area - 1) < 1e-14
         assert min(piece.normal @ polygon.normal for piece in pieces) > 1 - 1e-14
         inner = np.concatenate([piece.corners.mean(axis=0)[None] for piece in pieces])
         assert polygon.contains(polygon.local(inner)).all()
-    slanted = facets_of(Polygon(CORNER @ [[1, 0, 0], [0.5, 1, 0], [0, 0, 1]]))
+    slanted = Polygon(CORNER @ [[1, 0, 0], [0.5, 1, 0], [0, 0, 1]]).pieces
     assert len(slanted) == 4 and all(piece.half for piece in slanted)
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from rooms import cube_planes
 
-from pdm_core import Plane, Scene, Surface, each_surface, radiosity, solve
+from pdm_core import Plane, Scene, Surface, each_surface, solve
 from pdm_core.charts import STRIP, charts_of
 from pdm_core.field import Field, first_nodes
-from pdm_core.gather import Detail, Gather
+from pdm_core.links.gather import Detail, Gather
 from pdm_core.numerics import Rows, gauss_square
 from pdm_core.visibility import Factors, Shafts
 
@@ -120,7 +120,7 @@ def brightness(points):
 
 def test_the_gap_over_a_lamp_has_the_light_it_has_without_cuts(monkeypatch):
     """Turned by more than counts as straight along the chart the same panel cuts nothing: another way to the light."""
-    monkeypatch.setattr(radiosity, "OWN", 1e9)  # of the whole scene's light, as the dark gap's own would ask for more
+    # of the whole scene's light, as the dark gap's own would ask for more
     monkeypatch.setattr(each_surface, "OWN", 1e9)
     straight, turned = (solve(room_with(hanging(turn=turn), emission=5.0), 0.01) for turn in (0.0, 2e-4))
     assert (charts_of(turned.scene).cuts[:, :, 1] == 1).all()

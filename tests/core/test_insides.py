@@ -5,7 +5,7 @@ import pytest
 
 from pdm_core import Plane, Scene, Sphere, Surface, form_factors, solve
 from pdm_core.closed_forms import polygon_unoccluded
-from pdm_core.radiosity import _State
+from pdm_core.links.transport import Transport
 
 SKY = (1.0, 1.0, 1.0)
 
@@ -137,9 +137,9 @@ def test_no_light_comes_into_balls_that_are_crossed(kind):
 def test_a_lamp_that_crosses_a_ball_lights_its_inside():
     ball, lamp = Sphere.at((0, 0, 0), 1), Plane((-0.2, -0.2, 0.5), (0, 0.4, 0), (2.0, 0, 0))
     scene = Scene([Surface(ball), Surface(ball, side="back"), Surface(lamp, 0, 1.0), Surface(lamp, side="back")])
-    state = _State(scene)
-    points = state.field.inset(1, np.array([[0, 0, -1.0], [0.6, 0, -0.8]]))
-    found = state.factors.matrix(points, scene.surfaces[1].normals(points), np.ones(2, int), [2], False)[:, 0]
+    transport = Transport(scene)
+    points = transport.field.inset(1, np.array([[0, 0, -1.0], [0.6, 0, -0.8]]))
+    found = transport.factors.matrix(points, scene.surfaces[1].normals(points), np.ones(2, int), [2], False)[:, 0]
     end = np.sqrt(1 - 0.25)  # of the lamp within, but for the bend of the ball over its narrow width
     within = Plane(lamp.origin, lamp.u, [0.2 + end, 0, 0])
     expected = polygon_unoccluded(points, -points, np.array([within.corners] * 2))

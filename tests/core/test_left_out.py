@@ -5,8 +5,7 @@ import pytest
 from rooms import cube_planes
 
 from pdm_core import Scene, Sphere, Surface, plan, solve
-from pdm_core.left_out import ITEMS, left_out, seconds_steps
-from pdm_core.radiosity import Solution, _approach, _Best
+from pdm_core.left_out import ITEMS, approach_with, left_out, seconds_steps
 from pdm_core.signs_of_life import finish
 
 TARGET = 0.02
@@ -30,11 +29,9 @@ def test_all_three_are_left_out_of_a_grey_closed_room():
 def test_done_all_the_same_the_light_is_the_same(what):
     scene = room()
     reference = solve(scene, TARGET)
-    state = ITEMS[what][0](scene, TARGET)
-    best = _Best(None, TARGET)
-    for _ in _approach(state, best, TARGET):
-        pass
-    other = Solution(state)
+    approach = approach_with(scene, TARGET, what)
+    finish(approach.steps())
+    other = approach.best
     points = np.random.default_rng(0).uniform(-3, 3, (100, 3))
     for k in (0, 2, 7):
         one, two = reference.incident(k, points), other.incident(k, points)

@@ -1,4 +1,4 @@
-"""Images between their pixels, beyond their edges and averaged, against values worked out by hand."""
+"""Images between their pixels, and beyond their edges, against values worked out by hand."""
 
 import importlib
 import sys
@@ -51,18 +51,6 @@ def test_bytes_are_interpolated_encoded():
     np.testing.assert_allclose(found[0, :3], linear_of_srgb(0.5), rtol=1e-6)
     values = np.linspace(0, 1, 100)
     np.testing.assert_allclose(linear_of_srgb(srgb_of_linear(values)), values, atol=1e-9)
-
-
-@pytest.mark.parametrize("shape", [(64, 64), (37, 61), (1, 5), (3, 1), (1, 1)])
-@pytest.mark.parametrize("encoded", [False, True])
-def test_means_of_the_whole(shape, encoded):
-    """Over the whole image the mean of the light, not of its code."""
-    pixels = np.random.default_rng(4).uniform(0, 1, (*shape, 4)).astype(np.float32)
-    pixels[..., 3] = 1.0
-    if encoded:
-        pixels[..., :3] = linear_of_srgb(np.rint(srgb_of_linear(pixels[..., :3]) * 255) / 255)
-    found = Picture(pixels, encoded).look_up(np.array([[0.5, 0.5]]), Use("EXTEND"), np.array([[1.0, 1.0]]))[0]
-    np.testing.assert_allclose(found, pixels.mean(axis=(0, 1)), rtol=1e-5)
 
 
 def test_straight_colours_are_free_of_alpha():

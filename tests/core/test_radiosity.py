@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 from rooms import cube_planes
 
-from pdm_core import Plane, Scene, SceneError, Sphere, Surface, each_surface, radiosity, solve, solve_steps
+from pdm_core import Plane, Scene, SceneError, Sphere, Surface, each_surface, solve, solve_steps
+from pdm_core.links import light, refinement, transport
+from pdm_core.links.approach import warnings_of
+from pdm_core.signs_of_life import finish
 
 REFERENCE = Path(__file__).resolve().parents[1] / "data"
 
@@ -145,27 +148,27 @@ def test_a_lone_shining_ball_on_a_floor_needs_no_visibility():
     assert counts["dark"] == 1 and counts["free pairs"] == counts["pairs"] - counts["apart"]
     # on the floor all light comes from the ball, uniform but for what the floor sends back: closed form of the sphere
     d = np.array([1.5, 2.0, 2.9])
-    direct = solution._state.direct(np.column_stack([d, 0 * d, 0 * d]), np.tile([0.0, 0, 1], (3, 1)), np.zeros(3, int))
+    there = np.column_stack([d, 0 * d, 0 * d]), np.tile([0.0, 0, 1], (3, 1)), np.zeros(3, int)
+    direct = solution._light.transport.direct(*there) @ solution._light.colours
     assert np.abs(direct[:, 0] / (2 / (d**2 + 1) ** 1.5) - 1).max() < 1e-12
 
 
 def test_memory_is_bounded_and_said(monkeypatch):
     scene = Scene(box(0.5, [0, 1, 0, 0, 0, 0]) + [Surface(Sphere.at((1, 1, 0.6), 0.5), 0.7)])
-    monkeypatch.setattr(radiosity, "MEMORY", 4 * 100**2)
+    monkeypatch.setattr(transport, "MEMORY", 4 * 100**2)
     with pytest.raises(SceneError, match="more than the memory can hold.*hide them from renders"):
         solve(scene, 1e-2)
-    monkeypatch.setattr(radiosity, "MEMORY", 4 * 400**2)
+    monkeypatch.setattr(transport, "MEMORY", 4 * 400**2)
     coarse = solve(scene, 1e-4)
-    assert coarse._state.rows.bytes <= 4 * 400**2 and coarse.error > 1e-4 and np.isfinite(coarse.error)
+    assert coarse._light.transport.rows.bytes <= 4 * 400**2 and coarse.error > 1e-4 and np.isfinite(coarse.error)
     full, missed = coarse.warnings
     assert "memory" in full and "above the target" in missed and "time limit" not in missed
-    coarse._state.cramped = True
-    assert radiosity._finish(coarse, coarse._state, 2 * coarse.error).warnings == []  # what was asked for is there
+    assert warnings_of(coarse, True, 2 * coarse.error) == []  # what was asked for is there
 
 
 def test_a_solution_that_made_room_for_a_better_one_is_not_relit(monkeypatch):
     scene = Scene(box(0.5, [0, 1, 0, 0, 0, 0]) + [Surface(Sphere.at((1, 1, 0.6), 0.5), 0.7)])
-    early = solve(scene, 1e-4, time_limit=1e-6)  # the first round is not the last one's links
+    early = finish(solve_steps(scene, 1e-4, enough=lambda: True))  # the first round is not the last one's links
     assert early.warnings and early.relight(scene).error > 0
     early.let_go()
     with pytest.raises(SceneError, match="solve again"):
@@ -178,14 +181,14 @@ def test_links_are_made_finer_where_a_finer_field_no_longer_helps(monkeypatch):
     scene = Scene(box(0.5, [0, 1, 0, 0, 0, 0]) + [Surface(Sphere.at((1, 1, 0.6), 0.5), 0.7)])
     usual = solve(scene, 2e-3)
     sharpened = []
-    link_up = radiosity._State.link_up
+    link_up = refinement.Refinement.link_up
 
     def watched(state, target):
         sharpened.append(state.sharpness)
         link_up(state, target)
 
-    monkeypatch.setattr(radiosity._State, "link_up", watched)
-    monkeypatch.setattr(radiosity, "LINK_SHARE", 5.0)
+    monkeypatch.setattr(refinement.Refinement, "link_up", watched)
+    monkeypatch.setattr(refinement, "LINK_SHARE", 5.0)
     coarse = solve(scene, 2e-3)
     assert min(sharpened) < 1 and coarse.error <= 2e-3
     difference = [a - b for a, b in zip(everywhere(coarse), everywhere(usual))]
@@ -209,17 +212,17 @@ def test_what_the_plan_leaves_out_changes_nothing(grey, monkeypatch):
     scene = furnished(grey)
     lean = solve(scene, 1e-2)
     assert lean.plan.counts["channels"] == (1 if grey else 3) and lean.plan.counts["dark"] >= 1
-    planned = radiosity.plan
+    planned = transport.plan
 
     def everything(*given, **known):
         result = planned(*given, **known)
         result.reached[:] = True
         return result
 
-    monkeypatch.setattr(radiosity, "plan", everything)
-    monkeypatch.setattr(radiosity, "proportional_channels", lambda scene: (np.arange(3), np.eye(3)))
+    monkeypatch.setattr(transport, "plan", everything)
+    monkeypatch.setattr(light, "proportional_channels", lambda scene: (np.arange(3), np.eye(3)))
     full = solve(scene, 1e-2)
-    assert len(full._state.reflectors) > len(lean._state.reflectors)
+    assert len(full._light.transport.reflectors) > len(lean._light.transport.reflectors)
     difference = [a - b for a, b in zip(everywhere(lean), everywhere(full))]
     size = np.sqrt(sum(np.mean(r**2) for r in everywhere(full)))
     assert np.sqrt(sum(np.mean(d**2) for d in difference)) < 1e-2 * size
@@ -269,7 +272,7 @@ def test_links_are_made_finer_where_they_are_most_of_the_error(monkeypatch):
     )
     panels = [Surface(lamp, 0.29, 5.8), Surface(lamp, 0.29, side="back")]
     panels += [Surface(shelf, 0.5), Surface(shelf, 0.5, side="back")]
-    monkeypatch.setattr(radiosity, "OWN", 1e9)  # of the whole scene's light: the dark backs' own would ask for more
+    # of the whole scene's light: the dark backs' own would ask for more
     monkeypatch.setattr(each_surface, "OWN", 1e9)
     solution = solve(Scene(box(0.46, 0.0, size=(4.61, 4.03, 4.11)) + panels), 1e-2)
     assert solution.error < 1e-2 and not solution.warnings

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pdm_core import Plane, Scene, Surface
-from pdm_core.scene import lattice
+from pdm_core.shapes.shape import lattice
 from pdm_core.sky import SkyMap, directions_of, places_on_map, reduced, solid_angles, without_suns
 
 NORMALS = lattice(50)

@@ -1,4 +1,4 @@
-"""Values on faces in the world: straight maps and seams, means over cells, the order of evaluation."""
+"""Values on faces in the world: straight maps and seams, the order of evaluation."""
 
 import importlib
 import sys
@@ -6,7 +6,6 @@ import types
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 # the package and its operators import bpy; empty ones over the same folders let numpy-only modules be imported
 for _name, _path in (("without_bpy", "."), ("without_bpy.operators", "operators")):
@@ -17,11 +16,9 @@ from_ = lambda name: importlib.import_module(f"without_bpy.operators.reading.{na
 MeshLayers, Arrays = from_("mesh_layers").MeshLayers, from_("mesh_arrays").Arrays
 at_places, constant, derive, evaluate = (getattr(from_("node_values"), n) for n in (
     "at_places", "constant", "derive", "evaluate"))  # fmt: skip
-Picture, Use, footprint = (getattr(from_("picture"), n) for n in ("Picture", "Use", "footprint"))
 Faces, Varying = from_("varying").Faces, from_("varying").Varying
 
 UV = at_places(lambda places: places.read("uv", ""))
-SAMPLES = at_places(lambda places: np.array([[places.samples]]))
 MATRIX = np.array([[0, -3.0, 0, 1], [2.0, 0, 0, 5], [0, 0, 1, -2], [0, 0, 0, 1]])
 
 
@@ -69,39 +66,6 @@ def test_each_face_has_its_own_map():
     found = Varying(UV, faces)(world(at))
     np.testing.assert_allclose(found[:, 0], (7 * at[:, 0]) % 1 + quad % 5, atol=1e-5)
     np.testing.assert_allclose(found[:, 1], (7 * at[:, 1]) % 1, atol=1e-5)
-
-
-def shown(picture, scale):
-    """A Value of the image at `scale` times the UV map."""
-    return derive(
-        lambda uv, n: picture.look_up(scale * uv[:, :2], Use(), footprint(scale * uv[:, :2], int(n[0, 0])))[:, :3],
-        UV,
-        SAMPLES,
-    )
-
-
-@pytest.mark.parametrize("scale", [1.0, 10.0, 300.0])
-def test_means_over_cells_are_means_of_the_image(scale):
-    """White noise seen from far is grey: 64 x 64 pixels, cells of half the square and less."""
-    pixels = np.random.default_rng(1).uniform(0, 1, (64, 64, 4)).astype(np.float32)
-    pixels[..., 3] = 1
-    value = Varying(shown(Picture(pixels), scale), sheet(5, lambda at, quad: at))
-    points = world(np.array([[0.5, 0.5], [0.25, 0.25], [0.3, 0.6]]))
-    np.testing.assert_allclose(value.mean_at(points, np.full(3, 1.0)), pixels[..., :3].mean(), atol=0.04)
-    np.testing.assert_allclose(value.mean_at(points, np.full(3, 1e-7)), value(points), atol=2e-3)
-
-
-def test_means_over_cells_beside_seams():
-    """Faces whose maps have nothing in common: the image's mean all the same, not its smallest copy."""
-    rng = np.random.default_rng(2)
-    pixels = np.tile(np.linspace(0, 1, 64, dtype=np.float32)[:, None, None], (1, 64, 4))
-    faces = sheet(8, lambda at, quad: at)
-    faces.layers.layers["uv", ""][:] = (
-        np.tile([[0, 0], [1, 0], [1, 1], [0, 1]], (64, 1)) + np.repeat(rng.integers(0, 9, 64), 4)[:, None]
-    )
-    value = Varying(shown(Picture(pixels), 1.0), faces)
-    points = world(rng.uniform(0.3, 0.7, (50, 2)))
-    np.testing.assert_allclose(value.mean_at(points, np.full(50, 3.0)).mean(), 0.5, atol=0.03)
 
 
 def test_each_part_is_evaluated_once_and_in_any_depth():

@@ -8,7 +8,8 @@ from rooms import cube_planes, ellipsoid
 
 from pdm_core import Plane, Sphere, regions, view
 from pdm_core.closed_forms import polygon_unoccluded, sphere_unoccluded
-from pdm_core.view import ShapeTable, visible_factors
+from pdm_core.shape_table import ShapeTable
+from pdm_core.view import visible_factors
 
 BALLS = [
     Sphere.at((0, 0, 0), 1),

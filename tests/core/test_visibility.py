@@ -9,11 +9,12 @@ from test_view import BALLS, ELLIPSOIDS, SCREENS, floor_points, free_points
 
 from pdm_core import Scene, Sphere, Surface
 from pdm_core.field import Field
-from pdm_core.gather import Detail, Gather
+from pdm_core.links.gather import Detail, Gather
 from pdm_core.numerics import Rows
 from pdm_core.plan import plan
-from pdm_core.view import segment_blocked
-from pdm_core.visibility import Factors, Shadows, Shafts
+from pdm_core.sampled import segment_blocked
+from pdm_core.shadows import Shadows
+from pdm_core.visibility import Factors, Shafts
 
 ROOM = [Surface(plane, 0.5, 1.0) for plane in cube_planes()]
 BALL = [Surface(BALLS[0], 0.5), Surface(BALLS[1], 0.5), Surface(BALLS[2])]  # the last is black

@@ -58,6 +58,7 @@ def furnace_error(scene, solution, rng):
     mine = np.empty_like(points)
     for s in np.unique(surface):
         mine[surface == s] = rho[surface == s] * solution.incident(s, points[surface == s])
-    covered = contacts_of(solution._state.scene).covered(points - solution._state.origin, surface)
+    transport = solution._light.transport
+    covered = contacts_of(transport.scene).covered(points - transport.origin, surface)
     weight = np.where(covered, 0.0, weight)
     return np.sqrt((weight[:, None] * (mine - rho) ** 2).sum() / (weight[:, None] * rho**2).sum())

@@ -8,12 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
-from .checked import SceneError, array
-from .closed_forms import cross, divide, dot, edge_sum
-from .coincident import REACHES
-from .ears import few_and_convex, triangulated
-from .outlines import crossing, edges_of, enclosed, moments, nearest_on_edges, signed_area, without_repeats
-from .scene import FLATTEST, Shape, square_lattice, unit
+from ..checked import SceneError, array
+from ..closed_forms import cross, divide, dot, edge_sum
+from ..coincident import REACHES
+from ..ears import few_and_convex, triangulated
+from ..outlines import crossing, edges_of, enclosed, moments, nearest_on_edges, signed_area, without_repeats
+from .pieces import rectangles
+from .plane import Facet
+from .shape import FLATTEST, INSET, Flat, square_lattice, unit
+from .triangles import into_triangles, spread_over
 
 FLAT = 1e-4  # of the extent: corners no further from their plane are put into it, single precision's among them
 SINGLE = 4 * 2**-24  # of the coordinates: what single precision and a matrix may move corners by
@@ -26,13 +29,15 @@ ENTRIES = 16384  # (point, edge) pairs in one contour integral: their arrays sta
 TRIES = 64  # points of the lattice, of those wanted, that are tried before triangles are gone through
 
 
-class Polygon(Shape):
+class Polygon(Flat):
     """The flat area within an outline (n, 3) m and outside its holes [(m, 3)], simple loops of straight edges.
 
     Its front is the side from which the outline runs counter-clockwise; holes may run either way. Local coordinates
     are (s, t) in [0, 1]^2 on the bounding rectangle, and the height along the unit normal in units of the square root
     of the rectangle's area.
     """
+
+    plural = "polygons"
 
     def __init__(self, outline, holes=()):
         try:
@@ -148,6 +153,29 @@ class Polygon(Shape):
         loops = [loop[k] for loop, k in zip(self._loops, kept)]
         return np.concatenate(loops)[triangulated([loop[k] for loop, k in zip(self._flat_loops, kept)])]
 
+    @property
+    def _few_in_chart(self):
+        """(k, 3, 2): few_triangles in local coordinates."""
+        return self.local(self.few_triangles.reshape(-1, 3))[:, :2].reshape(-1, 3, 2)
+
+    @cached_property
+    def pieces(self):
+        """[Plane] rectangles where all its corners are right angles, else triangles."""
+        return rectangles(self) or [Facet.of(corners, self.thickness) for corners in self.triangles]
+
+    @property
+    def facet_count(self):
+        """How many of `facets` there are."""
+        return len(self.few_triangles)
+
+    @property
+    def facets(self):
+        """What rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart (k, 2, 3), see rays.facets."""
+        corners, at = self.few_triangles, self._few_in_chart
+        chart = np.stack([at[:, 0], at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=2)
+        o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        return o, u, v, np.ones(len(o), bool), chart
+
     @cached_property
     def bounds(self):
         """Centre (3,) m, the bounding rectangle's, and radius of a sphere around the shape."""
@@ -188,6 +216,16 @@ class Polygon(Shape):
         flat[outside] = nearest_on_edges(flat[outside], self._flat_loops)
         return corner + flat @ axes
 
+    def inset(self, points, least):
+        """points (n, 3) m -> points (n, 3) m on it that keep at least so many m, and INSET, from the border."""
+        local = self.local(points)
+        border = max(INSET * np.sqrt(self.area), least)
+        outer = np.flatnonzero(~self.contains(local, border))
+        at = self.local(self.project(points[outer]))[:, :2]
+        local[outer, :2] = into_triangles(at, self._few_in_chart) if len(outer) else at
+        local[:, 2] = 0.0
+        return self.world(local)
+
     def spread(self, count):
         """Points (count, 3) m spread evenly over the area."""
         wanted = int(min(1.2 * count * self._chart[2].prod() / self.area + 16, TRIES * count))
@@ -195,21 +233,7 @@ class Polygon(Shape):
         local = local[self.contains(local)][:count]
         points = self.world(np.column_stack([local, np.zeros(len(local))]))
         rest = count - len(points)
-        return np.concatenate([points, self._over_triangles(rest)]) if rest else points
-
-    def _over_triangles(self, count):
-        """Points (count, 3) m, of a share for each triangle by its area."""
-        p, q, r = np.moveaxis(self.triangles, 1, 0)
-        ends = np.cumsum(np.linalg.norm(np.cross(q - p, r - p), axis=1))
-        s, t = square_lattice(count).T
-        k = np.minimum(np.searchsorted(ends, s * ends[-1], side="right"), len(ends) - 1)
-        s = (s * ends[-1] - ends[k]) / np.diff(ends, prepend=0.0)[k] + 1
-        s = np.sqrt(np.clip(s, 0.0, 1.0))[:, None]
-        return (1 - s) * p[k] + s * ((1 - t[:, None]) * q[k] + t[:, None] * r[k])
-
-    def normals(self, points):
-        """Unit normals (n, 3) of the front at points (n, 3)."""
-        return np.broadcast_to(self.normal, (len(points), 3))
+        return np.concatenate([points, spread_over(self.triangles, rest)]) if rest else points
 
     def problem(self):
         """What is wrong with the shape, as a sentence, or None."""
@@ -218,6 +242,16 @@ class Polygon(Shape):
     @cached_property
     def _problem(self):
         return _what_is_wrong(self)
+
+    def parametric(self, st):
+        """Points (n, 3) m at parameters (n, 2), those of its bounding rectangle, and area vectors (n, 3) m^2 of the
+        front; without area outside: patches that its loops trim."""
+        area = np.cross(self.linear[:, 0], self.linear[:, 1])
+        return self.world(np.column_stack([st, 0 * st[:, 0]])), self.contains(st)[:, None] * area
+
+    def parameters(self, local):
+        """Local coordinates (n, 3) -> s, t (n,)"""
+        return local[:, 0], local[:, 1]
 
     def factor(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for radiance 1, nothing hiding it.

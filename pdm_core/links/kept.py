@@ -2,31 +2,30 @@
 
 import numpy as np
 
-from .checked import SceneError
-from .error_flow import areas_of_nodes
-from .kept import KeptGroups, group
-
-UNSEEN = 1e-12  # factor of a source of which nothing is seen
+from ..checked import SceneError
+from ..error_flow import areas_of_nodes
+from ..kept import KeptGroups, group
+from .received import UNSEEN
 
 
 class KeptLinks(KeptGroups):
     """Of a solution by links."""
 
-    def __init__(self, state, surface, points):
-        sent = state.sent
+    def __init__(self, scene, light, surface, points):
+        """scene: as it was handed over"""
+        t, sent = light.transport, light.transport.sent
         of = group(sent.node_surface, sent.points, areas_of_nodes(sent))
-        super().__init__(
-            state.given, surface, points, of, sent.node_surface, areas_of_nodes(sent), len(state.lights) + 1
-        )
-        self.lights, self.reflectors, self.has_background = state.lights, state.reflectors, state.background
-        self.reached = state.reached
-        self.take_nodes(state.fractions[..., None], state.scene.reflectance[sent.node_surface])
-        self.added = ~np.isin(self.group_surface, state.lights)[:, None]
+        super().__init__(scene, surface, points, of, sent.node_surface, areas_of_nodes(sent), len(t.lights) + 1)
+        self.lights, self.reflectors, self.has_background = t.lights, t.reflectors, t.background
+        self.reached = t.reached
+        self.take_nodes(t.fractions[..., None], light.reflectance)
+        self.added = ~np.isin(self.group_surface, t.lights)[:, None]
 
-    def steps(self, state, chunk):
-        """Generator of the fraction done, that works out what is kept; chunk: points at once."""
-        columns = yield from _grouped(state.rows, self.of, self.count, len(state.field.keys))
-        node, weight = state.field.nodes[state.placed[0]], state.placed[1] * self.part[:, None]
+    def steps(self, solved, chunk):
+        """Generator of the fraction done, that works out what is kept of a SolvedLight; chunk: points at once."""
+        t = solved.transport
+        columns = yield from _grouped(t.rows, self.of, self.count, len(t.field.keys))
+        node, weight = t.field.nodes[t.placed[0]], t.placed[1] * self.part[:, None]
         size = self.count * len(columns)
         spread = np.bincount((self.of[:, None] * len(columns) + node).ravel(), weight.ravel(), size)
         self.group_rows[:] = spread.astype(np.float32).reshape(self.count, -1) @ columns
@@ -34,17 +33,17 @@ class KeptLinks(KeptGroups):
         light, n = np.zeros((len(self.points), 3)), len(self.points)
         for start in range(0, n, chunk):
             index = self.order[start : start + chunk]
-            self._see(state, columns, index, light)
+            self._see(solved, columns, index, light)
             yield 0.1 + 0.9 * min(start + chunk, n) / n
         self.settle(light)
 
-    def _see(self, state, columns, index, light):
-        for s, part, lights, exact, cell, weight, covered in state.seen(
-            self.surface[index], self.points[index] - state.origin
-        ):
-            received, mine = state.received[s], index[part]
-            value, scale = self._means(state, received, columns[state.field.node_surface == s], exact)
-            nodes = received.local[state.field.nodes[cell]]
+    def _see(self, solved, columns, index, light):
+        t = solved.transport
+        seen = solved.seen(self.surface[index], self.points[index] - t.origin)
+        for s, part, lights, exact, cell, weight, covered in seen:
+            received, mine = solved.received[s], index[part]
+            value, scale = self._means(t, received, columns[t.field.node_surface == s], exact)
+            nodes = received.local[t.field.nodes[cell]]
             for k in range(nodes.shape[1]):
                 self.rows[mine] += weight[:, k, None].astype(np.float32) * value[nodes[:, k]]
             self.rows[mine] *= scale
@@ -52,18 +51,18 @@ class KeptLinks(KeptGroups):
             for array in (self.rows, light, self.factor):
                 array[mine[covered]] = 0.0
 
-    def _means(self, state, received, columns, exact):
+    def _means(self, transport, received, columns, exact):
         """Of one surface's nodes: what they receive from the groups, of exact sources by their factor (n, count), and
         what points see of these instead (k, count)."""
         value, scale = columns.copy(), np.ones((len(exact), self.count), np.float32)
         for factor, e in zip(exact.T, received.exact, strict=True):
-            own = np.flatnonzero(self.group_surface == state.reflectors[e])
+            own = np.flatnonzero(self.group_surface == transport.reflectors[e])
             seen = received.factors[:, e]
             overall = columns[:, own].sum(axis=0) / max(seen.sum(), 1e-30)
             known = (seen > UNSEEN)[:, None]
             value[:, own] = np.where(known, columns[:, own] / np.where(known, seen[:, None], 1.0), overall)
             scale[:, own] = factor[:, None]
-        return state.field.conform_of(received.leaves, received.local, value), scale
+        return transport.field.conform_of(received.leaves, received.local, value), scale
 
     def check(self, scene):
         lit = (scene.emission > 0).any(axis=1)

@@ -8,11 +8,16 @@ from functools import cached_property
 
 import numpy as np
 
-from .checked import SceneError, array
-from .coincident import REACHES
-from .ears import triangulated
-from .nearest import NearestTriangle
-from .scene import FLATTEST, Shape, square_lattice, unit
+from ..checked import SceneError, array
+from ..coincident import REACHES
+from ..ears import triangulated
+from ..nearest import NearestTriangle
+from .mesh_light import MeshLight
+from .plane import Facet
+from .shape import FLATTEST, Shape, unit
+from .triangles import INNER, barycentric, inner, spread_over
+
+LIFTED = 1e-4  # of a triangle's size: what points that give or receive light are lifted off it
 
 
 class Mesh(Shape):
@@ -25,6 +30,9 @@ class Mesh(Shape):
     vertices (n, 3) m; triangles (t, 3): vertices of the triangles that faces are cut into; face_of (t,): their faces.
     """
 
+    is_mesh = True
+    plural = "meshes"
+
     def __init__(self, vertices, faces, smooth=True):
         self.vertices = array(vertices, "Mesh vertices")
         if self.vertices.ndim != 2 or self.vertices.shape[1] != 3:
@@ -32,6 +40,7 @@ class Mesh(Shape):
         self._start, self._corner = _corners_of(faces, len(self.vertices))
         self.face_count = len(self._start) - 1
         self._smooth, self._given_normals = self._shading(smooth)
+        self._lights = {}  # MeshLight of the front and of the back, by the sign
 
     def __repr__(self):
         return f"Mesh of {len(self.vertices)} vertices and {self.face_count} faces"
@@ -127,6 +136,23 @@ class Mesh(Shape):
         return np.where(normals.any(axis=2, keepdims=True), normals, own)
 
     @cached_property
+    def pieces(self):
+        """[Facet] its triangles."""
+        return [Facet.of(corners, self.thickness) for corners in self._points]
+
+    @property
+    def facet_count(self):
+        """How many of `facets` there are."""
+        return len(self.triangles)
+
+    @property
+    def facets(self):
+        """What rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart (k, 2, 3), see rays.facets."""
+        p, q, r = np.moveaxis(self._points, 1, 0)
+        chart = np.tile(np.array([[[0.0, 1, 0], [0, 0, 1]]]), (len(p), 1, 1))
+        return p, q - p, r - p, np.ones(len(p), bool), chart
+
+    @cached_property
     def bounds(self):
         """Centre (3,) m, of the box, and radius of a sphere around the shape."""
         used = self.vertices[np.unique(self.triangles)]
@@ -183,15 +209,49 @@ class Mesh(Shape):
         normals[cancel] = self.triangle_normals[triangle[cancel]]
         return unit(normals)
 
+    def unhidden(self, points, normals, sign, tolerance):
+        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where the radiance of the side of the sign is 1
+        and nothing hides it, itself neither."""
+        if sign not in self._lights:
+            self._lights[sign] = MeshLight(self, sign)
+        return self._lights[sign].at(points, normals)
+
+    @cached_property
+    def lift(self):
+        """m; what points are lifted off it that stand for its light."""
+        return LIFTED * np.sqrt(np.median(self.areas))
+
+    def reach(self, least):
+        """m; what points are lifted off it at most that receive light, at least so many m."""
+        return LIFTED * np.sqrt(self.areas.max()) + least
+
+    def receiving(self, points, sign, least, normals=None, middle=None, triangle=None):
+        """points (n, 3) m near it -> where they receive light on the side of the sign, at least so many m off it, and
+        shading normals there (n, 3): those told, its own where they are nan or None. middle (n, 3) m: a point of the
+        face that each belongs to, nan or None for the nearest; triangle (n,): where it is known."""
+        toward = points
+        if middle is not None:  # clearly on its own face
+            known = np.isfinite(middle).all(axis=1)
+            toward = np.where(known[:, None], points + INNER * (np.nan_to_num(middle) - points), points)
+        if triangle is None:
+            triangle, bary = self.nearest(toward)
+        else:
+            bary = barycentric(toward, self._points[triangle])
+        flat = sign * self.triangle_normals[triangle]
+        smooth = sign * np.einsum("nk,nki->ni", bary, self.corner_normals[triangle])
+        if normals is not None:
+            given = np.isfinite(normals).all(axis=1) & (np.abs(np.nan_to_num(normals)).max(axis=1) > 0)
+            smooth = np.where(given[:, None], np.nan_to_num(normals), smooth)
+        length = np.linalg.norm(smooth, axis=1, keepdims=True)
+        smooth = np.where(length > 1e-12, smooth / np.maximum(length, 1e-300), flat)
+        place = np.einsum("nk,nki->ni", inner(bary), self._points[triangle])
+        lift = np.maximum(LIFTED * np.sqrt(self.areas[triangle]), least)
+        # off the face, or along the light's own normal where faces meet in a ridge
+        return place + lift[:, None] * (flat + smooth) / 2, smooth
+
     def spread(self, count):
         """Points (count, 3) m spread evenly over the area."""
-        ends = np.cumsum(self.areas[self._tree.order])  # neighbours follow each other
-        s, t = square_lattice(count).T
-        k = np.minimum(np.searchsorted(ends, s * ends[-1], side="right"), len(ends) - 1)
-        s = np.clip((s * ends[-1] - ends[k]) / self.areas[self._tree.order[k]] + 1, 0.0, 1.0)
-        s, t = np.sqrt(s)[:, None], t[:, None]
-        p, q, r = np.moveaxis(self._points[self._tree.order[k]], 1, 0)
-        return (1 - s) * p + s * ((1 - t) * q + t * r)
+        return spread_over(self._points[self._tree.order], count)  # neighbours follow each other
 
     def problem(self):
         """What is wrong with the shape, as a sentence, or None."""

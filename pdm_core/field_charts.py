@@ -1,0 +1,168 @@
+"""Charts of a field: of planes the unit square, cut where light bends or jumps, of spheres the faces of a cube.
+
+Arrays are those of surfaces (n,) of one kind; each kind answers the same questions.
+"""
+
+import numpy as np
+
+from .charts import CHARTS, charts_of
+from .shapes.shape import unit
+
+NUDGE = 1e-7, 1e-2  # of its edges: how far points on a plane's border are moved inwards, off the neighbour's plane
+JUMP = 2.5  # times that: off a line where light jumps
+
+
+def graded(t):
+    """Chart coordinate t in [0, 1] -> position along a plane's edge: nodes crowd to the borders, where neighbours
+    meet and light has d log d terms, quadratically."""
+    return t * t * (3 - 2 * t)
+
+
+def graded_slope(t):
+    return 6 * t * (1 - t)
+
+
+def ungraded(s):
+    return 0.5 - np.sin(np.arcsin(np.clip(1 - 2 * s, -1.0, 1.0)) / 3)
+
+
+class Rectangles:
+    """Charts of a scene's planes: cuts, jumps, across, see charts; starts (n surfaces, 2, CHARTS) in lattice steps,
+    grid of them a chart; count (n surfaces,) of charts; apart m: what points keep from borders."""
+
+    def __init__(self, scene, grid, apart):
+        self.scene, self.grid = scene, grid
+        layout = charts_of(scene)
+        self.cuts, self.jumps, self.across = layout.cuts, layout.jumps, layout.across
+        self.starts, self.count = layout.starts(grid), layout.across.prod(axis=1)
+        self.linear = np.array([s.shape.linear for s in scene.surfaces])
+        edges = np.maximum(np.linalg.norm(self.linear[:, :, :2], axis=1), 1e-300)
+        self.border = np.clip(apart / edges, *NUDGE)  # (n surfaces, 2)
+
+    def lattice(self, surface, face, steps):
+        """Numbers of charts and lattice steps (n, 2) -> places (n, 3) on the surfaces' lattices."""
+        return np.column_stack([steps, steps[:, 0] * 0])
+
+    def local(self, surface, place):
+        """Places (n, 3) on lattices -> local coordinates (n, 3)."""
+        steps, starts = place[:, :2], self.starts[surface]
+        begun = (steps[:, :, None] >= starts) & (np.arange(CHARTS) < self.across[surface][:, :, None])
+        chart = begun.sum(axis=2) - 1
+        t = (steps - np.take_along_axis(starts, chart[:, :, None], axis=2)[:, :, 0]) / self.grid
+        return self._off_border(surface, chart, t)
+
+    def within(self, surface, face, at):
+        """Chart coordinates (n, 2) in charts of these numbers -> local coordinates (n, 3)."""
+        return self._off_border(surface, self.number(surface, face), at)
+
+    def _off_border(self, surface, chart, t):
+        """Off the planes' borders and the lines where light jumps."""
+        border, sides = self.border[surface], []
+        for k in (0, 1):
+            cut = self.cuts[surface[:, None], (0, 1), chart + k]
+            jump = self.jumps[surface[:, None], (0, 1), chart + k]
+            off = np.where((cut == 0) | (cut == 1), border, np.where(jump, JUMP * border, 0.0))
+            sides.append(cut + (off, -off)[k])
+        at = sides[0] + (sides[1] - sides[0]) * graded(t)
+        return np.column_stack([at, 0 * at[:, 0]])
+
+    def normals(self, surface, across):
+        """across (n, 3): local coordinates through the inverse map -> vectors (n, 3) along the fronts' normals."""
+        return self.linear[surface, :, 2]
+
+    def number(self, surface, face):
+        """(n, 2): charts' numbers along both edges"""
+        return np.stack(np.divmod(face, self.across[surface, 1]), axis=1)
+
+    def parts(self, surface, face):
+        """(n,) Which part of its surface each chart is on, by the number of its first chart: each is one."""
+        return face
+
+    def areas(self, surface, face, low, high):
+        """Corners (n, 2) in chart coordinates -> areas (n,) m^2 between"""
+        chart = self.number(surface, face)
+        extent = self._along(surface, chart, high) - self._along(surface, chart, low)
+        return self.scene.areas[surface] * extent.prod(axis=1)
+
+    def _along(self, surface, chart, t):
+        """Coordinates t (n, 2) in charts (n, 2) -> positions along the planes' edges."""
+        low, high = (self.cuts[surface[:, None], (0, 1), chart + k] for k in (0, 1))
+        return low + (high - low) * graded(t)
+
+    def inset(self, surface, points):
+        """Points (n, 3) m of one surface moved off its border."""
+        shape, border = self.scene.surfaces[surface].shape, self.border[surface]
+        local = shape.local(points)
+        local[:, :2] = np.clip(local[:, :2], border, 1 - border)
+        return shape.world(local)
+
+    def at(self, surface, local):
+        """Local coordinates (n, 3) -> numbers of charts (n,) and coordinates (n, 2) in them, from 0 to 1."""
+        at = local[:, :2]
+        chart = (at[:, :, None] >= self.cuts[surface, :, 1:-1]).sum(axis=2)
+        chart = np.minimum(chart, self.across[surface] - 1)
+        low, high = (self.cuts[surface[:, None], (0, 1), chart + k] for k in (0, 1))
+        face = chart[:, 0] * self.across[surface, 1] + chart[:, 1]
+        return face, np.clip(ungraded((at - low) / (high - low)), 0.0, 1.0)
+
+
+class Cubes:
+    """Charts of the spheres of a scene: faces of the cube around each, equi-angular, in the order -x, -y, -z, x, y, z.
+    depth (n surfaces,): of the unit sphere, where its points lie."""
+
+    def __init__(self, scene, grid, depth):
+        self.scene, self.grid, self.depth = scene, grid, depth
+        self.origin = np.array([s.shape.origin for s in scene.surfaces])
+        self.count = np.full(len(scene), 6)
+
+    def lattice(self, surface, face, steps):
+        place = np.zeros((len(surface), 3), np.int64)
+        axis, rows = face % 3, np.arange(len(surface))
+        place[rows, (axis + 1) % 3], place[rows, (axis + 2) % 3] = steps[:, 0], steps[:, 1]
+        place[rows, axis] = np.where(face >= 3, self.grid, 0)
+        return place
+
+    def local(self, surface, place):
+        return unit(np.tan((2 * place / self.grid - 1) * (np.pi / 4)))
+
+    def within(self, surface, face, at):
+        axis, rows, local = face % 3, np.arange(len(face)), np.empty((len(face), 3))
+        local[rows, (axis + 1) % 3] = np.tan((2 * at[:, 0] - 1) * (np.pi / 4))
+        local[rows, (axis + 2) % 3] = np.tan((2 * at[:, 1] - 1) * (np.pi / 4))
+        local[rows, axis] = np.where(face >= 3, 1.0, -1.0)
+        return unit(local)
+
+    def normals(self, surface, across):
+        return across
+
+    def number(self, surface, face):
+        return np.zeros((len(face), 2), int)
+
+    def parts(self, surface, face):
+        """(n,) A sphere is one part."""
+        return 0 * face
+
+    def areas(self, surface, face, low, high):
+        a, b = np.tan((2 * low - 1) * np.pi / 4), np.tan((2 * high - 1) * np.pi / 4)
+        angle = _solid(b[:, 0], b[:, 1]) - _solid(a[:, 0], b[:, 1])
+        angle += _solid(a[:, 0], a[:, 1]) - _solid(b[:, 0], a[:, 1])
+        return self.scene.areas[surface] * angle / (4 * np.pi)
+
+    def inset(self, surface, points):
+        """Points (n, 3) m of one surface moved to its depth."""
+        return self.origin[surface] + self.depth[surface] * (points - self.origin[surface])
+
+    def at(self, surface, local):
+        x, y, z = np.ascontiguousarray(local.T)
+        ax, ay, az = np.abs(x), np.abs(y), np.abs(z)
+        axis = np.where((ax >= ay) & (ax >= az), 0, np.where(ay >= az, 1, 2))
+        first = 3 * np.arange(len(local))
+        top, a, b = (local.ravel().take(first + k) for k in (axis, (axis + 1) % 3, (axis + 2) % 3))
+        size = np.maximum(np.abs(top), 1e-300)
+        at = np.arctan(np.stack([a / size, b / size], axis=1)) * (2 / np.pi) + 0.5
+        return axis + 3 * (top > 0), np.clip(at, 0.0, 1.0)
+
+
+def _solid(x, y):
+    """Solid angle of the rectangle (0, 0)..(x, y) at distance 1 from its corner."""
+    return np.arctan2(x * y, np.sqrt(1 + x * x + y * y))

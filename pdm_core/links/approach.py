@@ -1,0 +1,135 @@
+"""Rounds towards a stated error: rows, the solve, where surpluses promise enough the check, and refinement."""
+
+import time
+
+import numpy as np
+
+from ..checked import SceneError
+from ..contacts import contacts_of
+from ..deadline import above_target, is_over
+from ..each_surface import OWN
+from ..signs_of_life import in_thread, mapped
+from .check import Check
+from .light import SolvedLight
+from .refinement import Refinement
+from .solution import Solution
+from .transport import SMALLER, Transport, check_memory
+
+COARSEST = 0.16  # relative error aimed at by the first round
+STEP = 4.0  # each further round aims at most this much lower
+SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
+MAX_ROUNDS = 12  # refinements towards one target
+SAMPLES = 128  # points where the residual is measured each round; half of them on the way to the target
+NAMED = 3  # surfaces in a warning
+FULL = "the field is as fine as the memory allows"
+
+
+class Approach:
+    """A solution by links on its way: `steps` refines until the target is met, `best` is what may be delivered."""
+
+    def __init__(self, scene, target_error):
+        self.scene, self.target, self.started = scene, target_error, time.perf_counter()
+        self.transport = Transport(scene, target_error)
+        self.light = SolvedLight(self.transport, self.transport.scene)
+        self.check = Check(self.light)
+        self.refinement = Refinement(self.check)
+        self.best, self.history = None, []
+
+    def elapsed(self):
+        """s since the beginning"""
+        return time.perf_counter() - self.started
+
+    def steps(self):
+        """Generator, often: ever lower targets, until the last is met or no better solution is to be had."""
+        yield from self.transport.grow(self.transport.sent.leaves[:0])
+        self.light.follow()
+        for target, final in _ladder(self.target):
+            yield from self.refinement.light_up(target, final)
+            yield from self._towards(target)
+            if self.transport.full or self.check.met(self.target):
+                return
+
+    def _towards(self, target):
+        """Rounds until this target is met, or nothing helps any more; yields."""
+        check, last = self.check, target == self.target
+        for turn in range(MAX_ROUNDS):
+            if self.best and not self.transport.rows.blocks:
+                self.best.let_go()
+            yield from self._round(target, turn == MAX_ROUNDS - 1)
+            if self.transport.full:
+                return
+            if check.fresh and check.error <= target and (not last or check.met(target)):
+                return
+            if (yield from self.refinement.improve(target, last)):
+                continue
+            if not check.fresh:  # nothing left to split although little was promised: measure what it is
+                yield from self._measure(target)
+            return
+
+    def _round(self, target, last):
+        """Rows at new nodes, the solve, and where the surpluses promise enough, the check; yields now and then."""
+        yield from self.light.extend()
+        if self.transport.full:
+            return
+        yield from self.light.solve(SOLVER_SHARE * self.refinement.solver_share * target)
+        yield from self.light.divide(target)
+        promised = self.check.promise()
+        if last or promised <= target or self.transport.crowded:
+            yield from self._measure(target)
+
+    def _measure(self, target):
+        """The error of the light at hand, the best unless an earlier one is better: out of memory, finer lights cost
+        elsewhere; yields."""
+        yield from self.check.measure(target, SAMPLES if target == self.target else SAMPLES // 2)
+        self.history.append((self.elapsed(), self.check.error))
+        if self.best is None or self._rank(self.check) <= self._rank(self.best._check):
+            self.best = Solution(self.scene, self.check, self.history)
+        yield
+
+    def _rank(self, check):
+        return max(check.error, self.target), check.misses()
+
+
+def link_steps(scene, target_error, time_limit, enough=lambda: False):
+    """Generator of (error, seconds); returns the Solution with its warnings. Closing it cancels."""
+    check_memory(scene)
+    begun = time.perf_counter()
+    set_up = in_thread(Approach, scene, target_error)
+    approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun))
+    for _ in approach.steps():
+        yield approach.check.error, approach.elapsed()
+        if approach.best and enough():
+            break
+        if is_over(time_limit, approach.elapsed(), approach.best is not None):
+            break
+    solution = approach.best
+    if solution is None:
+        raise SceneError(f"{FULL} and nothing was reached; {SMALLER}")
+    solution.seconds, solution.history = approach.elapsed(), list(approach.history)
+    memory = approach.refinement.cramped or approach.transport.full
+    solution.warnings = [*contacts_of(approach.transport.scene).warnings, *warnings_of(solution, memory, target_error)]
+    return solution
+
+
+def warnings_of(solution, memory, target_error):
+    """[sentence] of what was missed of the target; memory: whether its bound kept something from being refined."""
+    if solution.error > target_error:
+        advice = f"raise the {'' if memory else 'time limit or the '}target error"
+        return [FULL] * memory + [above_target(solution.error, target_error, advice)]
+    dark = np.flatnonzero(solution._check.too_large(target_error))
+    if not len(dark):
+        return []
+    surfaces, own = solution.scene.surfaces, solution.surface_errors
+    named = ", ".join(f"{surfaces[k].name!r} {100 * own[k]:.2g} %" for k in dark[:NAMED])
+    more = f" and {len(dark) - NAMED} more" if len(dark) > NAMED else ""
+    return [
+        f"Of their own light, dark surfaces are off by more than {OWN:g} times the target ({named}{more}); "
+        "raise the time limit or lower the target error"
+    ]
+
+
+def _ladder(target_error):
+    """Targets of the rounds, coarse ones first so that there is always something to deliver, and of their links: two
+    rounds share them, so that the rows of the first serve the second."""
+    steps = max(1, int(np.ceil(np.log(COARSEST / target_error) / np.log(STEP) - 0.01)))
+    return [(target_error * STEP**k, target_error * STEP ** (k - k % 2)) for k in range(steps, -1, -1)]

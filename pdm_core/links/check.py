@@ -1,0 +1,196 @@
+"""What light by links is off by: residuals at random points, what the scene makes of errors, each surface's own."""
+
+import copy
+
+import numpy as np
+
+from .. import each_surface
+from ..contacts import contacts_of
+from ..error_estimates import Look, Residual, leaf_errors, sample_points, source_defect
+from ..error_flow import Flow, norms
+from ..numerics import Rows, gmres
+from .light import MAX_KRYLOV
+
+SEED = 20  # of the samples: runs repeat
+LOOKS = 4  # sets of samples at most, where the error found hangs on one point
+FINER = 0.25  # tolerance of their links, of the round's
+SAFETY = 2.6  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
+CANCELLED = 0.25  # of what direct light makes alone, that is left where indirect light takes it back
+AMPLIFIED = 0.03  # relative residual in solving for an error
+ROUNDED = 0.2 * 2**-24  # of the light: what single precision costs, as a row's entries are off either way
+STIFF = 1.0  # of what amplified errors of sources come to: between white planes 1.04 to 7 times the true one is stated
+STIFF_OWN = 0.3  # the same of one surface alone
+
+
+class Check:
+    """The error of a SolvedLight, relative, in named parts; own_errors (n surfaces,): of each one's own light;
+    node_error (n sent nodes,): where it is. fresh: whether it is of the light as it is now; leaf_error (n cells,) of
+    the field as far as is known; optimism: error found by residuals, of the error the surpluses promise."""
+
+    def __init__(self, light):
+        self.light, self.looks, self.flow = light, [], None
+        self.error, self.parts = float("inf"), {}
+        self.own_errors = np.full(len(light.scene), np.inf)
+        self.fresh, self.measured, self.optimism = False, False, 1.0
+
+    def snapshot(self):
+        """As it is now, whatever becomes of this one."""
+        new = self.under(self.light.snapshot())
+        new.flow = None  # it holds rows
+        return new
+
+    def under(self, light):
+        """The same looks at another Light of the same transport."""
+        new = copy.copy(self)
+        new.light = light
+        return new
+
+    def promise(self):
+        """The relative error that surpluses of a new solution promise, before any look at it."""
+        light = self.light
+        self.fresh, self.leaf_error = False, light.leaf_error
+        return SAFETY * self.optimism * light.promised * light.norm / max(light.scale, 1e-300)
+
+    def measure(self, target, samples):
+        """Relative error of the light, from the residual at random points, so many a look; yields."""
+        light, self.looks = self.light, []
+        light.transport.forget()
+        some = light.norm > 0 and len(light.transport.reflectors)
+        if some:
+            yield from self._amplify()
+        while some and len(self.looks) < LOOKS:
+            yield from self._look(SEED + len(self.looks), samples)
+            residual = yield from self._judge()
+            if self.error <= target or not residual.hangs_on_one:
+                break
+        if not self.looks:
+            self.nothing()
+        else:
+            self._learn(residual)
+            self.optimism = self.parts["discretisation"] / max(light.promise(self.leaf_error), 1e-300)
+            self.measured = True
+        self.fresh = True
+
+    def again(self):
+        """The error at the same points, under other light; yields."""
+        if self.looks and self.light.norm > 0:
+            yield from self._amplify()
+            yield from self._judge()
+        elif not self.light.norm > 0:
+            self.nothing()
+
+    def nothing(self):
+        """Where no light is, or none goes on."""
+        self.error, self.parts, self.own_errors = 0.0, {}, np.zeros(len(self.light.scene))
+        self.node_error = np.zeros(len(self.light.transport.sent.keys))
+
+    # -- how it is found -----------------------------------------------------------------------------------------
+
+    def _look(self, seed, samples):
+        """Geometry of random points whose residual tells the error: finer rows, and factors of the lights; yields."""
+        light, t = self.light, self.light.transport
+        shared = np.where(light.shared.counts, light.shared.norm, 0.0)
+        surface, points, normals, weight = sample_points(t.field, self.leaf_error, shared, t.reached, samples, seed)
+        blocks = []
+        for block in light.links(points, normals, surface, FINER):
+            if block:
+                blocks.append(block)
+            yield
+        fractions = yield from t.received_directly(points, normals, surface)
+        weight = np.where(contacts_of(t.scene).covered(points, surface), 0.0, weight)
+        self.looks.append(Look(surface, points, weight, Rows(blocks, len(points)), fractions))
+
+    def _amplify(self):
+        """What the scene makes of errors of its sources and of what the solver left: solved for like light; yields."""
+        light, t, rho = self.light, self.light.transport, self.light.reflectance
+
+        def size(error):
+            return norms(t.sent, np.linalg.norm(rho * t.spread(error), axis=1))
+
+        lit = t.rows.times(rho * source_defect(t.sent, light.lit))
+        indirect = t.rows.times(rho * t.spread(source_defect(t.field, light.indirect)))
+        unsolved = t.rows.times(light.radiosity()) - light.indirect
+        unsolved += np.copysign(ROUNDED, unsolved.sum()) * light.indirect
+        right = np.concatenate([lit, lit + indirect, unsolved], axis=1)
+        scatter = light.scatter(np.tile(rho, 3))
+        error = (yield from gmres(scatter, right, np.zeros_like(right), AMPLIFIED, MAX_KRYLOV))[0]
+        # bends of direct and of indirect light may cancel, but are not known well enough to rely on it
+        direct, both, rest = (size(error[:, k : k + 3]) for k in (0, 3, 6))
+        self.own_amplified = np.linalg.norm([both, CANCELLED * direct, rest], axis=0)
+        self.amplified_light, self.amplified_rest, self.amplified = (
+            float(np.linalg.norm(v)) / light.norm for v in (direct, rest, self.own_amplified)
+        )
+
+    def _judge(self):
+        """Error and its parts from the points looked at -> Residual; yields."""
+        light, found = self.light, []
+        value = light.radiosity()
+        for look in self.looks:
+            fine = look.rows.times(value) + look.fractions @ light.colours
+            here = light.incident(look.surface, look.points)
+            found.append(light.scene.reflectance[look.surface] * (fine - here))
+        residual = Residual(self.looks, np.concatenate(found))
+        found = residual.rms / light.norm
+        if self.measured:
+            found = float(np.sqrt((found**2 + (self.optimism * light.promised) ** 2) / 2))
+        gain = light.gain()
+        self.parts = {
+            "discretisation": found,
+            "gather": gain * residual.mean / light.norm,
+            "sent": light.sent_error * light.norm / light.scale,
+            "solver": gain * light.solver_error,
+        }
+        # amplified beyond what is found at points, where errors of either sign are
+        known = found + self.parts["sent"]
+        self.parts["stiff"] = float(np.sqrt(max((STIFF * self.amplified) ** 2 - known**2, 0.0)))
+        self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
+        yield from self._each(residual)
+        return residual
+
+    def _each(self, residual):
+        """(n surfaces,) Each one's own relative error; yields."""
+        light, t = self.light, self.light.transport
+        f, error = t.field, self.optimism * light.leaf_error
+        promised = np.sqrt(np.bincount(f.surface[f.leaves], error[f.leaves] ** 2, len(light.scene)))
+        found = residual.by_surface(light.scene.areas)
+        rho = light.scene.reflectance.max(axis=1)[t.sent.node_surface]
+        flow = Flow(f, t.sent, t.rows, t.placed, rho)
+        received = rho * (yield from flow.received(error, leaf_errors(t.sent, rho[:, None] * light.lit)))
+        self.flow, self.flow_received = flow, received
+        self.told, self.own_promised = np.sqrt(found[1]), promised
+        received = np.hypot(norms(t.sent, received), STIFF_OWN * self.own_amplified)
+        own, self.own_here, self.own_passed = each_surface.own_errors(light.shared, found, promised, received)
+        self.own_errors = SAFETY * np.where(own > 0, np.hypot(own, self.parts["solver"]), 0.0)
+        # where surpluses are, as large as what points found on the surface
+        local = t.spread(flow.spread_out)[:, 0]
+        found = self.own_here * light.shared.norm / np.maximum(norms(t.sent, local), 1e-300)
+        self.node_error = np.hypot(found[t.sent.node_surface] * local, self.flow_received)
+
+    def _learn(self, residual):
+        """Leaves whose residual is larger than their surplus promised, and their siblings, are to be refined."""
+        f = self.light.transport.field
+        cells = f.locate(residual.surface, f.local(residual.surface, residual.points))[0]
+        found = np.linalg.norm(residual.value, axis=1)
+        child = f.child[f.parent[cells]]
+        family = np.where((f.parent[cells] >= 0)[:, None], child[:, None] + np.arange(4), cells[:, None])
+        error = found[:, None] * np.sqrt(f.sizes()[family]) * (f.child[family] < 0)
+        self.leaf_error = self.leaf_error.copy()
+        np.maximum.at(self.leaf_error, family, error)
+
+    # -- what it says --------------------------------------------------------------------------------------------
+
+    def largest(self, name):
+        """Whether that part of the error is, or any other is larger than it."""
+        return self.parts.get(name, 0.0) >= max((v for k, v in self.parts.items() if k != name), default=np.inf)
+
+    def misses(self):
+        """The target that would be met, by the whole scene's light and each surface's own."""
+        return max(self.error, self.own_errors[self.light.shared.counts].max(initial=0.0) / each_surface.OWN)
+
+    def too_large(self, target):
+        """(n surfaces,) Whether own errors, but of the darkest, are above what they may be."""
+        return (self.own_errors > each_surface.OWN * target) & self.light.shared.counts
+
+    def met(self, target):
+        """Whether the whole error and each surface's own are what they may be."""
+        return self.error <= target and not self.too_large(target).any()

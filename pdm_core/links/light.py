@@ -1,0 +1,204 @@
+"""Light from rows: the solve, what surfaces send on, and what reading off between the nodes costs.
+
+L = Le + rho (D + I). D comes from closed forms (direct), I = A rho (D + I) on the field's nodes with the rows A.
+"""
+
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import each_surface
+from ..error_estimates import leaf_errors
+from ..numerics import Rows, gmres
+from ..plan import proportional_channels
+from .gather import Detail
+from .received import Received
+
+EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
+MAX_KRYLOV = 60
+CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
+
+
+@dataclass(frozen=True)
+class Precision:
+    """tolerance: of one link, a radiance; stress (n parts + 1,): how much finer than that at points of each part of the
+    surfaces, the last: in space."""
+
+    tolerance: float
+    stress: np.ndarray
+
+
+class SolvedLight:
+    """Light of the materials of a Scene, one with the transport's shapes. lit (n sent nodes, 3): direct; indirect (n
+    nodes, 3); norm: of L - Le, radiance times metres; scale: what local errors are to be small against; level: the same
+    as a radiance; received, leaf_error, sent_error: see divide. exact: {surface: sources} that are not chosen anew."""
+
+    def __init__(self, transport, scene, precision=None, exact=None):
+        self.transport, self.scene, self.precision, self.exact = transport, scene, precision, exact or {}
+        self.colours = np.concatenate([scene.emission[transport.lights], scene.background[None]])
+        self.added = scene.emission.copy()  # of surfaces that became lights by relighting
+        self.added[transport.lights] = 0.0
+        self.lit = transport.fractions @ self.colours
+        self.indirect = np.zeros((len(transport.field.keys), 3))
+        self.channels = proportional_channels(scene)  # to solve for, and what makes all three of them
+        self.iterations = 0
+
+    def snapshot(self):
+        """As it is now, whatever becomes of this one."""
+        new = copy.copy(self)
+        new.transport = self.transport.snapshot()
+        return new
+
+    def follow(self):
+        """Where the transport has new nodes, what is known of the light there."""
+        t, old = self.transport, len(self.indirect)
+        if len(t.field.keys) > old:
+            self.indirect = np.concatenate([self.indirect, t.field.predict(self.indirect, old)])
+        if len(t.fractions) > len(self.lit):
+            self.lit = t.fractions @ self.colours
+            self._measure()
+
+    # -- what is known -------------------------------------------------------------------------------------------
+
+    @property
+    def reflectance(self):
+        """(n sent nodes, 3)"""
+        return self.scene.reflectance[self.transport.sent.node_surface]
+
+    @property
+    def shining(self):
+        """(n sent nodes, 3): what nodes of added lights send."""
+        return self.added[self.transport.sent.node_surface]
+
+    def total(self):
+        """(n sent nodes, 3) irradiance / pi"""
+        return self.lit + self.transport.spread(self.indirect)
+
+    def radiosity(self):
+        """(n sent nodes, 3): what the nodes send on besides the lights' uniform emission."""
+        return self.reflectance * self.total() + self.shining
+
+    def gain(self):
+        """How much the rooms amplify an error spread evenly: 1 / (1 - share of the light that is indirect)."""
+        t, rho, direct = self.transport, self.reflectance, self.lit
+        if self.added.any():  # what has begun to shine sends its light as indirect light goes
+            direct = direct + t.spread(t.rows.times(self.shining))
+        share = 1 - (rho * direct).sum() / max((rho * self.total()).sum(), 1e-300)
+        return 1.0 / max(1.0 - share, 1e-6)
+
+    def _measure(self):
+        """Norm of L - Le over all surfaces: sqrt of the area integral of the squared channels."""
+        self.shared = each_surface.SharedLight(self.transport.sent, self.reflectance * self.total())
+        self.norm = float(np.linalg.norm(self.shared.norm))
+        self.caught = max(1.0, CANCEL * self.gain())
+        self.scale = self.norm / self.caught
+        self.level = self.scale / np.sqrt(self.transport.area)
+
+    # -- rows that it asks for -----------------------------------------------------------------------------------
+
+    def extend(self):
+        """Rows for the nodes that have none; yields now and then."""
+        t = self.transport
+        new = t.missing()[: None if self.norm > 0 else 0]
+        tolerance = self._tolerance(t.field.points[new], t.field.node_surface[new])
+        yield from t.extend(new, self._detail(), tolerance)
+
+    def links(self, points, normals, surface, finer=1.0):
+        """Transport.links at points, as fine as this light needs them or by a factor `finer`, 1 or less, more so."""
+        tolerance = finer * self._tolerance(points, surface)
+        return self.transport.links(points, normals, surface, self._detail(), tolerance)
+
+    def _detail(self):
+        """How the sources vary, for the choice of links."""
+        f, value = self.transport.sent, self.radiosity()
+        variation = np.ptp(value[f.nodes], axis=1).max(axis=1)
+        surplus = np.abs(f.surplus(value)).max(axis=(1, 2))
+        below = np.zeros(len(f.level))
+        for level in range(f.level.max(), 0, -1):
+            cells = np.flatnonzero(f.level == level)
+            np.maximum.at(below, f.parent[cells], np.maximum(below[cells], surplus[cells]))
+        low, high = np.full((len(self.scene), 3), np.inf), np.full((len(self.scene), 3), -np.inf)
+        np.minimum.at(low, f.node_surface, value)
+        np.maximum.at(high, f.node_surface, value)
+        return Detail(variation, below, (high - low).max(axis=1))
+
+    def _tolerance(self, points, surface):
+        """Link tolerance (m,) of receivers at points (m, 3) on surfaces (m,): black ones need less, dark ones more."""
+        rho = np.where(surface >= 0, self.scene.reflectance[surface].max(axis=1), 1.0)
+        stress = self.precision.stress[self.transport.field.part_at(surface, points)]
+        return self.precision.tolerance / np.maximum(rho, 0.05) / stress
+
+    # -- solving -------------------------------------------------------------------------------------------------
+
+    def solve(self, tolerance):
+        """I = A rho (D + I) + A added, from the guess at hand; for one of each set of proportional channels; yields."""
+        t, (which, channels) = self.transport, self.channels
+        rho = self.reflectance[:, which]
+        right = t.rows.times(rho * self.lit[:, which] + self.shining[:, which])
+        scatter = self.scatter(rho)
+        value, steps, left = yield from gmres(scatter, right, self.indirect[:, which], tolerance, MAX_KRYLOV)
+        # of the solution's size, which the rooms' gain has made larger than the right side
+        self.solver_error = left * np.linalg.norm(right) / max(np.linalg.norm(value), 1e-300)
+        self.indirect = value @ channels
+        self.iterations += steps
+        self._measure()
+
+    def scatter(self, rho):
+        """rho (n sent nodes, c) -> function of indirect light (n nodes, c): what one more reflection makes of it."""
+        t = self.transport
+        return lambda value: t.rows.times(rho * t.spread(value))
+
+    def divide(self, target):
+        """received: light of every surface split by source; leaf_error (n cells,), sent_error: estimates of what
+        interpolation costs in the field, in L2, and in what is sent, relative; yields."""
+        t, value = self.transport, self.radiosity()
+        received, factors = yield from self._by_source(value)
+        lights = np.flatnonzero(np.isin(t.reflectors, t.lights))
+        sent = leaf_errors(t.sent, value)[t.sent.leaves] ** 2
+        self.leaf_error, self.received = np.zeros(len(t.field.level)), []
+        for s in range(len(self.scene)):
+            nodes = t.field.node_surface == s
+            share = max(self.scene.areas[s] / t.area, 0.5 / len(self.scene))
+            own = each_surface.OWN * self.shared.norm[s] or np.inf
+            allowed = EXACT_SHARE * target * min(self.scale * np.sqrt(share), own)
+            part = Received(t.field, s, received[nodes], factors[nodes], t.reflectors)
+            part.choose(self.scene.reflectance[s], allowed, self.exact.get(s, lights), s in self.exact)
+            self.leaf_error[part.leaves] = part.leaf_error
+            self.received.append(part.conform())
+            yield
+        self.sent_error = float(np.sqrt(sent.sum())) / max(self.norm, 1e-300)
+        self.promised = self.promise(self.leaf_error)
+
+    def promise(self, leaf_error):
+        """The relative error that the leaves' (n cells,) come to."""
+        return float(np.linalg.norm(leaf_error[self.transport.field.leaves])) / max(self.norm, 1e-300)
+
+    def _by_source(self, value):
+        """Nodal radiosity -> what each node receives from each reflector (n, s, 3), and the form factors (n, s)."""
+        t = self.transport
+        part = np.full(len(self.scene), -1)
+        part[t.reflectors] = np.arange(len(t.reflectors))
+        value = np.column_stack([value, np.ones(len(value))])
+        out = yield from t.rows.times_by_part(value, part[t.sent.node_surface], len(t.reflectors))
+        return out[..., :3], out[..., 3]
+
+    # -- reading off ---------------------------------------------------------------------------------------------
+
+    def seen(self, surface, points):
+        """Transport.seen with the sources that are exact here."""
+        return self.transport.seen(surface, points, [part.exact for part in self.received])
+
+    def incident(self, surface, points):
+        """points (n, 3) m near surfaces (n,) -> irradiance / pi (n, 3); direct light and the leading sources exact."""
+        out = np.empty((len(points), 3))
+        for s, part, lights, exact, cell, weight, covered in self.seen(surface, points):
+            out[part] = lights @ self.colours + self.received[s].between(cell, weight, exact)
+            out[part[covered]] = 0.0
+        return out
+
+    def in_space(self, points, normals):
+        """points (n, 3) m, unit normals (n, 3) anywhere -> irradiance / pi (n, 3)"""
+        free = np.full(len(points), -1)
+        rows = Rows([block for block in self.links(points, normals, free) if block], len(points))
+        return rows.times(self.radiosity()) + self.transport.direct(points, normals, free) @ self.colours

@@ -1,0 +1,103 @@
+"""Indirect light between the nodes of a surface, source by source.
+
+What x receives from source s is F(x, s) M(x, s), the visible form factor, with all its shadows, corners and contacts,
+times the mean radiance of what x sees of s, which varies little. For the sources that matter M is interpolated and F
+is taken exactly at x; the others are interpolated as a sum.
+"""
+
+import copy
+
+import numpy as np
+
+from ..error_estimates import DECAY, decay
+
+UNSEEN = 1e-12  # factor of a source of which nothing is seen
+MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
+
+
+class Received:
+    """Indirect light on one surface: values on its nodes (n,) of one surface.
+
+    received (n, s, 3): irradiance / pi from each source; factors (n, s); sources (s,) surface indices.
+    """
+
+    def __init__(self, field, surface, received, factors, sources):
+        self.field, self.surface, self.sources = copy.copy(field), surface, sources
+        self.cells = np.flatnonzero(field.surface == surface)
+        self.local = np.zeros(len(field.keys), int)
+        nodes = np.flatnonzero(field.node_surface == surface)
+        self.local[nodes] = np.arange(len(nodes))
+        self.received, self.factors = received, factors
+        self.means = self._fill(
+            np.divide(received, factors[..., None], out=np.zeros_like(received), where=factors[..., None] > 0)
+        )
+
+    def _fill(self, means):
+        """Means where nothing of the source is seen: those of the cells around, else of the whole surface."""
+        leaves = self.cells[self.field.child[self.cells] < 0]
+        nodes = self.local[self.field.nodes[leaves]]
+        weight = self.factors
+        overall = (weight[..., None] * means).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None]
+        total, share = np.zeros_like(means), np.zeros_like(weight)
+        near = weight[nodes].sum(axis=1)
+        around = (weight[nodes][..., None] * means[nodes]).sum(axis=1)
+        np.add.at(share, nodes, near[:, None])
+        np.add.at(total, nodes, around[:, None])
+        unseen = weight <= UNSEEN
+        means = means.copy()
+        guess = np.where((share > 0)[..., None], total / np.maximum(share, 1e-300)[..., None], overall)
+        means[unseen] = guess[unseen]
+        return means
+
+    def choose(self, reflectance, allowed, always, only):
+        """Decide which sources are exact, so that the rest interpolates to `allowed` (in L2 of L); keep the errors.
+
+        always: those exact in any case; only: no others.
+        """
+        f = self.field
+        is_leaf = f.child[self.cells] < 0
+        leaves = self.cells[is_leaf]
+        nodes, size = self.local[f.nodes[self.cells]], f.sizes()[leaves]
+        shape = (len(self.means), -1)
+        lump = f.surplus_of(self.cells, self.local, self.received.reshape(shape)).reshape(*nodes.shape, -1, 3)
+        split = f.surplus_of(self.cells, self.local, self.means.reshape(shape)).reshape(lump.shape)
+        split = reflectance * split * self.factors[nodes][..., None]
+        lump = reflectance * lump
+        scale = size[:, None, None] * DECAY**2 / 9
+        cost_lump = (scale * (lump[is_leaf] ** 2).sum(axis=3)).sum(axis=(0, 1))
+        cost_split = (scale * (split[is_leaf] ** 2).sum(axis=3)).sum(axis=(0, 1))
+        order = np.argsort(cost_split - cost_lump)
+        order = np.concatenate([always, order[~np.isin(order, always)]]).astype(int)
+        rest = cost_lump.sum() - np.cumsum(cost_lump[order])
+        count = len(always)
+        while not only and count < min(len(order), MOST):
+            left = rest[count - 1] if count else cost_lump.sum()
+            if left <= allowed**2 or cost_split[order[count]] >= cost_lump[order[count]]:
+                break
+            count += 1
+        others = order[count:]
+        self.take(order[:count])
+        lumped = (lump[:, :, others].sum(axis=2) ** 2).sum(axis=2)
+        each = (split[:, :, self.exact] ** 2).sum(axis=(2, 3))
+        surplus = np.zeros(len(f.level))
+        surplus[self.cells] = np.sqrt((lumped + each).mean(axis=1))
+        self.leaf_error = decay(f, leaves, surplus) * surplus[leaves] * np.sqrt(size)
+        return self
+
+    def take(self, exact):
+        """The values to interpolate where the sources `exact` (k,) are those."""
+        self.leaves = self.cells[self.field.child[self.cells] < 0]
+        self.exact, others = exact, np.setdiff1d(np.arange(self.received.shape[1]), exact)
+        means = self.means[:, exact].reshape(len(self.means), 3 * len(exact))
+        self.values = np.concatenate([self.received[:, others].sum(axis=1), means], axis=1)
+        return self
+
+    def conform(self):
+        self.values = self.field.conform_of(self.leaves, self.local, self.values)
+        return self
+
+    def between(self, cell, weight, factors):
+        """Where cells (n,) and weights (n, 9) interpolate, factors (n, exact sources) -> irradiance / pi (n, 3)"""
+        value = np.einsum("nk,nkc->nc", weight, self.values[self.local[self.field.nodes[cell]]])
+        means = value[:, 3:].reshape(len(value), -1, 3)
+        return value[:, :3] + np.einsum("ns,nsc->nc", factors, means)

@@ -1,0 +1,203 @@
+"""Geometry to rows: where light is gathered and sent from, factors of the lights there, and rows of what is between.
+
+The same whatever the light: under other light the same shapes have the same transport.
+"""
+
+import copy
+from collections import Counter
+
+import numpy as np
+
+from ..checked import SceneError
+from ..contacts import contacts_of, settle
+from ..field import Field
+from ..numerics import Rows
+from ..plan import MEMORY, plan
+from ..visibility import Factors, Shafts
+from .gather import Gather
+
+FACTORS = 1 << 10  # of lights, and of the background as many as there are shapes, between two signs of life
+CELL_NODES = 20  # that splitting a cell adds, with the neighbours that have to follow
+DENSER = 1.2  # what the next rows may take, of what the last ones took
+FEWEST_NODES, USUAL_NODES = 15, 25  # that a surface starts with
+SMALLER = "leave small objects out of the scene (hide them from renders) or join flat ones into larger planes"
+
+
+class Transport:
+    """Of a Scene: field, whose nodes (n) gather indirect light, and sent, whose nodes send all of it on.
+
+    lights, reflectors (k,): surfaces that shine and that reflect; background: whether it shines; fractions (n sent
+    nodes, lights + 1): factors of the lights and of the background; rows (n nodes, n sent nodes); placed: where the
+    nodes of sent lie in the field. Points are those of the given scene less the origin (3,) m.
+    """
+
+    def __init__(self, scene, target_error=1e-2):
+        self.scene, self.origin = settle(scene)
+        self.counts = Counter()
+        self.factors = Factors(self.scene, Shafts(self.scene), self.counts)
+        self.plan = plan(self.scene, target_error, shafts=self.factors.shafts)
+        if self.plan.counts["nodes"] > _most_nodes():
+            raise SceneError(_too_many(scene))
+        scene, self.reached = self.scene, self.plan.reached
+        self.area = scene.areas[self.reached].sum() or scene.areas.sum()  # m^2, of what light may come to
+        self.field = Field(scene)
+        self.sent = Field(scene)  # finer: it carries direct light with its shadows
+        self.lights = np.flatnonzero((scene.emission > 0).any(axis=1))
+        self.reflectors = np.flatnonzero((scene.reflectance > 0).any(axis=1) & self.reached)
+        self.background = bool((scene.background > 0).any())
+        self.fractions = np.zeros((0, len(self.lights) + 1))
+        self.rows, self.density, self.full = Rows(), 1.0, False  # the part of all nodes that blocks of rows use
+        self._remembered = {}
+
+    def snapshot(self):
+        """As it is now, whatever becomes of this one: arrays are replaced as it grows on, never written into."""
+        new = copy.copy(self)
+        new.field, new.sent = copy.copy(self.field), copy.copy(self.sent)
+        return new
+
+    def spread(self, value):
+        """Values (n nodes, c) of the field at the nodes of `sent`."""
+        return self.field.interpolate(self.placed, value)
+
+    # -- nodes ---------------------------------------------------------------------------------------------------
+
+    def grow(self, cells):
+        """Split these leaves of `sent`; direct light at its new nodes, exact; yields."""
+        f, old = self.sent, len(self.fractions)
+        f.refine(cells)
+        new = yield from self.received_directly(f.points[old:], f.normals[old:], f.node_surface[old:])
+        self.fractions = np.concatenate([self.fractions, new])
+        self._place()
+
+    def split(self, cells):
+        """Split these leaves of the field, and those of `sent` that would be coarser; yields."""
+        self.field.refine(cells)
+        self._place()
+        while len(coarser := self._coarser()):
+            yield from self.grow(coarser)
+
+    def _place(self):
+        """Where the nodes of `sent` lie in the field: cells (n,) and weights (n, 9)."""
+        f = self.sent
+        self.placed = self.field.locate(f.node_surface, f.local(f.node_surface, f.points))
+
+    def _coarser(self):
+        """Leaves of `sent` that are coarser than the field: it has to carry the field's detail."""
+        f = self.field
+        leaves = f.leaves
+        points = f.points[f.nodes[leaves, 4]]
+        there = self.sent.locate(f.surface[leaves], f.local(f.surface[leaves], points))[0]
+        return np.unique(there[self.sent.level[there] < f.level[leaves]])
+
+    # -- factors of the lights -----------------------------------------------------------------------------------
+
+    def direct(self, points, normals, surface):
+        """Factors (n, lights + 1) of all lights at points (n, 3) m on surfaces (n,), and the background's last."""
+        return self.factors.matrix(points, normals, surface, self.lights, self.background)
+
+    def received_directly(self, points, normals, surface):
+        """As direct; yields."""
+        step = max(1, FACTORS // (len(self.lights) + len(self.scene.shapes) * self.background + 1))
+        parts = [np.zeros((0, len(self.lights) + 1))]
+        for start in range(0, len(points), step):
+            k = slice(start, start + step)
+            parts.append(self.direct(points[k], normals[k], surface[k]))
+            yield
+        return np.concatenate(parts)
+
+    def seen(self, surface, points, exact):
+        """Of points (n, 3) m near surfaces (n,), what each surface's see of the sources, and where they lie in the
+        field: [(s, index (k,), factors (k, lights + 1), of exact sources (k, e), cells (k,), weights (k, 9), covered)];
+        exact: of each surface, which of the reflectors are taken so.
+        """
+        on, x, normals = np.empty((3, *points.shape))
+        present = np.unique(surface)
+        parts = [np.flatnonzero(surface == s) for s in present]
+        sources = [self.reflectors[exact[s]] for s in present]
+        wanted = [np.union1d(self.lights, some) for some in sources]
+        for s, part in zip(present, parts):
+            own = self.scene.surfaces[s]
+            on[part] = own.shape.project(points[part])
+            normals[part], x[part] = own.normals(on[part]), self.field.inset(s, on[part])
+        factors = self._factors(x, normals, surface, parts, wanted)
+        covered, out = contacts_of(self.scene).covered(x, surface), []
+        for s, part, needed, some, factor in zip(present, parts, wanted, sources, factors):
+            lights = np.append(np.searchsorted(needed, self.lights), -1)
+            own = np.full(len(part), s)
+            placed = self.field.locate(own, self.field.local(own, x[part]))
+            some = factor[:, np.searchsorted(needed, some)]
+            out.append((s, part, factor[:, lights], some, *placed, covered[part]))
+        return out
+
+    def _factors(self, x, normals, surface, parts, wanted):
+        """Factors of the wanted sources, and the background's last, at parts of the points; kept for relighting."""
+        key = hash(x.tobytes()), tuple(surface[part[0]] for part in parts)
+        if key not in self._remembered:
+            self._remembered[key] = self.factors.lists(x, normals, surface, parts, wanted, self.background)
+        return self._remembered[key]
+
+    def forget(self):
+        """Factors at points that will not be asked for again."""
+        self._remembered = {}
+
+    # -- rows ----------------------------------------------------------------------------------------------------
+
+    def links(self, points, normals, surface, detail, tolerance):
+        """Yield Blocks of rows over the nodes of `sent` at points, and None between as a sign of life. detail: how
+        what they send varies; tolerance (n,): of one link, in its units."""
+        gather = Gather(self.sent, self.factors, self.reflectors)
+        yield from gather.blocks(points, normals, surface, detail, tolerance)
+        self.counts["links"] += gather.links
+
+    def missing(self):
+        """Nodes (k,) of the field that have no rows, of those that light reaches."""
+        new = self.rows.missing(len(self.field.keys))
+        return new[self.reached[self.field.node_surface[new]] & bool(len(self.reflectors))]
+
+    def extend(self, new, detail, tolerance):
+        """Rows for these nodes (k,); see links; where they do not fit the memory it is `full`; yields now and then."""
+        f, blocks, size, most = self.field, [], 0, MEMORY - self.rows.bytes
+        for block in self.links(f.points[new], f.normals[new], f.node_surface[new], detail, tolerance):
+            if block:
+                block.rows = new[block.rows]
+                blocks.append(block)
+                size += block.values.nbytes
+            if size > most:
+                self.full = True
+                return
+            yield
+        if blocks:
+            self.density = max(size / (4 * len(new)), 1.0) / len(self.sent.keys)  # an entry a row at least
+        self.rows = self.rows.grown(blocks, len(f.keys))
+
+    def drop(self, rows=None):
+        """Rows (k,) are to be made anew, or all."""
+        self.rows = Rows() if rows is None else self.rows.without(rows)
+
+    @property
+    def crowded(self):
+        """Whether rows take so much of the memory that the next may not fit."""
+        return self.rows.bytes > MEMORY / 2
+
+    def room(self, share=1.0):
+        """How many cells may still be split within this share of the memory."""
+        rows, columns = len(self.field.keys), len(self.sent.keys)
+        entries = share * MEMORY / 4 / min(1.0, DENSER * self.density)
+        # (rows + more) (columns + more) = entries
+        more = (np.sqrt((columns - rows) ** 2 + 4 * entries) - rows - columns) / 2
+        return int(max(more, 0.0)) // CELL_NODES
+
+
+def check_memory(scene):
+    """Raises SceneError for more surfaces than the memory can hold, at once: without a look at what they are."""
+    if len(scene) * FEWEST_NODES > _most_nodes():
+        raise SceneError(_too_many(scene))
+
+
+def _too_many(scene):
+    return f"{len(scene)} surfaces are more than the memory can hold, about {_most_nodes() // USUAL_NODES}; {SMALLER}"
+
+
+def _most_nodes():
+    """That the memory has room for rows of."""
+    return int(np.sqrt(MEMORY / 4))

@@ -1,0 +1,97 @@
+"""What a shining mesh gives unhidden: a sum over its triangles, from afar over clusters of them."""
+
+from functools import cached_property
+
+import numpy as np
+
+from ..closed_forms import kernel, polygon_unoccluded
+
+PAIRS = 1 << 16  # of points and triangles at once
+TRIANGLES = 256  # of a mesh, up to which its light is a sum of closed forms
+CLUSTER = 16  # of them in a cluster at most, of larger ones
+MOST_CLUSTERS = 512
+AFAR = 6.0  # radii of a cluster from which on it is one point
+
+
+class MeshLight:
+    """Of the side of the sign of a Mesh, where its radiance is 1."""
+
+    def __init__(self, mesh, sign):
+        self.mesh, self.sign = mesh, sign
+        self.corners, self.normals = mesh.vertices[mesh.triangles], sign * mesh.triangle_normals
+
+    def at(self, points, normals):
+        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi"""
+        if len(self.mesh.triangles) > TRIANGLES:
+            return self._of_clusters(points, normals)
+        corners, n, out = self.corners, self.normals, np.zeros(len(points))
+        step = max(1, PAIRS // len(corners))
+        for start in range(0, len(points), step):
+            x, m = points[start : start + step], normals[start : start + step]
+            ahead = np.einsum("pti,ti->pt", x[:, None] - corners[:, 0], n) > 0
+            r, k = np.nonzero(ahead)
+            factor = polygon_unoccluded(x[r], m[r], corners[k])
+            out[start : start + step] = np.bincount(r, factor, len(x))
+        return out
+
+    def _of_clusters(self, points, normals):
+        """From afar a cluster of triangles is one point; those of near ones are summed each."""
+        clusters, corners, n, out = self.clusters, self.corners, self.normals, np.zeros(len(points))
+        step = max(1, PAIRS // len(clusters.area))
+        for start in range(0, len(points), step):
+            x, m = points[start : start + step], normals[start : start + step]
+            k = kernel(clusters.place, clusters.normal, x, m)
+            offset = x[:, None] - clusters.place
+            near = np.einsum("pci,pci->pc", offset, offset) < (AFAR * clusters.radius) ** 2
+            out[start : start + step] = np.where(near, 0.0, k) @ clusters.area / np.pi
+            r, c = np.nonzero(near)
+            if not len(r):
+                continue
+            count = clusters.count[c]
+            cuts = np.unique(np.searchsorted(np.cumsum(count), np.arange(0, count.sum(), PAIRS)))
+            for first, last in zip(cuts, np.append(cuts[1:], len(r))):
+                many = count[first:last]
+                who = start + np.repeat(r[first:last], many)
+                place = np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
+                t = clusters.order[np.repeat(clusters.first[c[first:last]], many) + place]
+                ahead = np.flatnonzero(np.einsum("pi,pi->p", points[who] - corners[t, 0], n[t]) > 0)
+                who, t = who[ahead], t[ahead]
+                out += np.bincount(who, polygon_unoccluded(points[who], normals[who], corners[t]), len(points))
+        return out
+
+    @cached_property
+    def clusters(self):
+        """The Clusters of its triangles."""
+        return Clusters(self.mesh, self.sign)
+
+
+class Clusters:
+    """Of a mesh's triangles, near each other and turned alike: place, normal (c, 3), its length below 1 where they are
+    bent; area, radius (c,); order (t,) of the triangles, first, count (c,) of each cluster in it."""
+
+    def __init__(self, mesh, sign):
+        middle = mesh.vertices[mesh.triangles].mean(axis=1)
+        axis = np.abs(mesh.triangle_normals).argmax(axis=1)
+        turned = 2 * axis + (mesh.triangle_normals[np.arange(len(axis)), axis] > 0)
+        most = max(CLUSTER, len(axis) // MOST_CLUSTERS)
+        parts, left = [], [np.flatnonzero(turned == k) for k in range(6)]
+        while left:
+            some = left.pop()
+            if len(some) <= most:
+                parts += [some] * (len(some) > 0)
+                continue
+            some = some[np.argsort(middle[some, np.ptp(middle[some], axis=0).argmax()], kind="stable")]
+            left += [some[: len(some) // 2], some[len(some) // 2 :]]
+        self.order, self.count = np.concatenate(parts), np.array([len(part) for part in parts])
+        self.first = np.cumsum(self.count) - self.count
+
+        def total(value):
+            return np.add.reduceat(value[self.order], self.first)
+
+        areas = mesh.areas[:, None]
+        self.area = np.maximum(total(mesh.areas), 1e-300)
+        self.place = total(areas * middle) / self.area[:, None]
+        self.normal = sign * total(areas * mesh.triangle_normals) / self.area[:, None]
+        own = np.repeat(np.arange(len(parts)), self.count)
+        far = np.linalg.norm(mesh.vertices[mesh.triangles[self.order]] - self.place[own, None], axis=2).max(axis=1)
+        self.radius = np.maximum.reduceat(far, self.first)

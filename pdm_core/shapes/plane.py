@@ -1,0 +1,214 @@
+"""Parallelograms, and their halves: triangles."""
+
+from functools import cached_property
+
+import numpy as np
+
+from ..checked import vector
+from ..closed_forms import polygon_unoccluded
+from ..coincident import REACHES
+from .shape import FLATTEST, INSET, Flat, square_lattice, unit
+
+
+class Plane(Flat):
+    """The parallelogram corner + s*u + t*v, 0 <= s, t <= 1. Its front is along u x v; u, v need not be orthogonal.
+
+    Local coordinates are (s, t, height along the unit normal in units of sqrt(area)).
+    """
+
+    facet_count = 1
+
+    def __init__(self, corner, u, v):
+        self.origin = vector(corner, (3,), "Plane corner")
+        self.u = vector(u, (3,), "Plane u")
+        self.v = vector(v, (3,), "Plane v")
+
+    @classmethod
+    def through(cls, corners):
+        """The parallelogram with corners (4, 3) m, counter-clockwise seen from its front."""
+        plane = cls(corners[0], corners[1] - corners[0], corners[3] - corners[0])
+        plane.__dict__["corners"] = corners  # not the sums of rounded edges
+        plane.__dict__["twist"] = corners[0] - corners[1] + corners[2] - corners[3]
+        return plane
+
+    def moved(self, origin, corners):
+        """The same shape at corners (4, 3) m, seen from the origin (3,) m."""
+        return Plane.through(corners - origin)
+
+    @cached_property
+    def twist(self):
+        """(3,) m; what the third corner is off by rounding, so that points near every edge are on it."""
+        return np.zeros(3)
+
+    def __repr__(self):
+        return f"Plane({self.origin.tolist()}, {self.u.tolist()}, {self.v.tolist()})"
+
+    @cached_property
+    def area(self):
+        """m^2"""
+        return float(np.linalg.norm(self._across))
+
+    @property
+    def is_rectangle(self):
+        """Whether it may be one: no half, whose other half is not there."""
+        return not self.half
+
+    @cached_property
+    def _across(self):
+        """(3,) u x v"""
+        return np.cross(self.u, self.v)
+
+    @cached_property
+    def normal(self):
+        """(3,) unit normal of the front."""
+        return unit(self._across)
+
+    @cached_property
+    def linear(self):
+        """(3, 3) with columns u, v and the unit normal times sqrt(area)."""
+        return np.column_stack([self.u, self.v, self.normal * np.sqrt(self.area)])
+
+    @cached_property
+    def corners(self):
+        """(4, 3) counter-clockwise seen from the front."""
+        c, u, v = self.origin, self.u, self.v
+        return np.array([c, c + u, c + u + v, c + v])
+
+    @property
+    def outline(self):
+        """(n, 3) m, counter-clockwise seen from the front."""
+        return self.corners
+
+    @property
+    def facets(self):
+        """What rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart (k, 2, 3), see rays.facets."""
+        chart = np.array([[[0.0, 1, 0], [0, 0, 1]]])
+        return self.origin[None], self.u[None], self.v[None], np.zeros(1, bool), chart
+
+    @cached_property
+    def marks(self):
+        """(12,) m; the same of the same shape."""
+        centre = self.bounds[0]
+        reach = np.abs((self.corners - centre) @ REACHES.T).max(axis=0)
+        return np.concatenate([centre, np.sqrt(self.area) * self.normal, reach])
+
+    @cached_property
+    def bounds(self):
+        """Centre (3,) and radius of a sphere around the shape."""
+        centre = self.origin + (self.u + self.v) / 2
+        return centre, float(np.linalg.norm(self.corners - centre, axis=1).max())
+
+    def project(self, points):
+        """points (n, 3) -> nearest points (n, 3) on the shape, local coordinates clipped to the outline."""
+        local = self.local(points)
+        local[:, :2] = np.clip(local[:, :2], 0.0, 1.0)
+        local[:, 2] = 0.0
+        return self.world(local)
+
+    def inset(self, points, least):
+        """As Planes.inset."""
+        return Planes([self]).inset(np.zeros(len(points), int), points, least)
+
+    def factor(self, points, normals):
+        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for radiance 1, nothing hiding it."""
+        return polygon_unoccluded(points, normals, np.broadcast_to(self.corners, (len(points), 4, 3)))
+
+    def parametric(self, st):
+        """Points (n, 3) m at parameters (n, 2) in the unit square and area vectors (n, 3) m^2 of the front."""
+        area = np.broadcast_to(np.cross(self.u, self.v), (len(st), 3))
+        area = area * (1 - st[:, 1:]) if self.half else area
+        return self.world(np.column_stack([st, 0 * st[:, 0]])), area
+
+    def parameters(self, local):
+        """Local coordinates (n, 3) -> s, t (n,)"""
+        return local[:, 0], local[:, 1]
+
+    def extent(self, directions):
+        """directions (k, 3) -> (k,) how far it reaches along them, least and most, from its centre"""
+        height = directions @ (self.corners - self.bounds[0]).T
+        return height.min(axis=1), height.max(axis=1)
+
+    @cached_property
+    def unit_height(self):
+        """m; one unit of height in local coordinates."""
+        return np.sqrt(self.area)
+
+    def spread(self, count):
+        """Points (count, 3) m spread evenly over the area."""
+        return self.world(np.column_stack([square_lattice(count), np.zeros(count)]))
+
+    @cached_property
+    def thickness(self):
+        """m; the lesser distance of two opposite edges."""
+        return self.area / float(max(np.linalg.norm(self.u), np.linalg.norm(self.v)))
+
+    def problem(self):
+        """What is wrong with the shape, as a sentence, or None."""
+        return self._problem
+
+    @cached_property
+    def _problem(self):
+        if not all(np.isfinite(a).all() for a in (self.origin, self.u, self.v)):
+            return "its coordinates are not finite; apply a valid transform"
+        longest = max(np.linalg.norm(self.u), np.linalg.norm(self.v))
+        if not (longest > 0 and np.linalg.norm(np.cross(self.u / longest, self.v / longest)) > FLATTEST):
+            return "it has no area; give it two edges of different directions or remove it"
+        return None
+
+
+class Facet(Plane):
+    """The triangle with corners (3, 3) m, counter-clockwise seen from its front; thickness m: of what it is a part of.
+
+    local is affine, with s + t <= 1 within; world takes the whole square, whose side t = 1 is the last corner.
+    """
+
+    half = True
+
+    @classmethod
+    def of(cls, corners, thickness):
+        facet = cls.through(corners[[0, 1, 2, 2]])
+        facet.__dict__["thickness"] = thickness
+        return facet
+
+    def moved(self, origin, corners):
+        """The same part at corners (4, 3) m, seen from the origin (3,) m."""
+        return Facet.of((corners - origin)[:3], self.thickness)
+
+    @property
+    def area(self):
+        """m^2"""
+        return float(np.linalg.norm(np.cross(self.u, self.v))) / 2
+
+    def problem(self):
+        """None: what is wrong with the whole has been said, and a part may be narrow."""
+        return None
+
+
+class Planes:
+    """Many planes as arrays: points (n, 3) m belong to those of the indices which (n,)."""
+
+    def __init__(self, planes):
+        self.origin, self.twist, self.normal = (
+            np.array([getattr(p, name) for p in planes]).reshape(-1, 3) for name in ("origin", "twist", "normal")
+        )
+        self.linear, self.inverse = (
+            np.array([getattr(p, name) for p in planes]).reshape(-1, 3, 3) for name in ("linear", "inverse")
+        )
+        self.edges = np.linalg.norm(self.linear[:, :, :2], axis=1)  # (planes, 2) m
+
+    def inset(self, which, points, least):
+        """Nearest points (n, 3) m that keep at least so many m, and INSET, from the borders."""
+        border = np.minimum(np.maximum(INSET, least / self.edges[which]), 0.25)
+        return self._world(which, np.clip(self._local(which, points), border, 1 - border))
+
+    def project(self, which, points):
+        """Nearest points (n, 3) m, along the edges where they are not upright."""
+        return self._world(which, np.clip(self._local(which, points), 0.0, 1.0))
+
+    def _local(self, which, points):
+        offset = points - self.origin[which]
+        return np.einsum("nij,nj->ni", self.inverse[which, :2], offset)
+
+    def _world(self, which, at):
+        affine = np.einsum("nij,nj->ni", self.linear[which, :, :2], at)
+        return self.origin[which] + affine + at[:, :1] * at[:, 1:] * self.twist[which]

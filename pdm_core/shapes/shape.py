@@ -1,0 +1,119 @@
+"""What all shapes have in common, and points and vectors they are made of."""
+
+from functools import cached_property
+
+import numpy as np
+
+FLATTEST = 1e-9  # a shape thinner than this part of its extent has no usable area or inside
+ROUNDINGS = 4  # of a coordinate: two shapes' own, through a matrix each
+INSET = 2e-4  # of its extent: what points that receive light keep from a shape's border at least
+PARALLEL = 1e-3  # sine up to which what is near a flat shape lies against it
+ARITHMETIC = 16 * 2**-53  # relative to the extent: what our own sums and products of coordinates lose
+
+
+def tolerance_of(shapes, rounding=2**-53):
+    """m; coordinates of the shapes that differ by no more are the same: their rounding, relative, can do so."""
+    centres, radii = (np.array(part) for part in zip(*(s.bounds for s in shapes)))
+    reach = float((np.abs(centres).max(axis=1) + radii).max())
+    extent = np.linalg.norm((centres + radii[:, None]).max(axis=0) - (centres - radii[:, None]).min(axis=0))
+    return ROUNDINGS * rounding * reach + ARITHMETIC * float(extent)
+
+
+def unit(vectors):
+    """vectors (..., 3) scaled to length 1; a zero vector stays zero."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+
+
+def lattice(count):
+    """Unit directions (count, 3) spread evenly over the sphere: the spherical Fibonacci lattice."""
+    k = np.arange(count) + 0.5
+    z, turn = 1 - 2 * k / count, np.pi * (1 + np.sqrt(5)) * k
+    ring = np.sqrt(1 - z * z)
+    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
+
+
+def square_lattice(count):
+    """Points (count, 2) of the unit square spread evenly: Roberts' R2 sequence."""
+    steps = np.array([0.7548776662466927, 0.5698402909980532])
+    return (0.5 + np.outer(np.arange(count), steps)) % 1.0
+
+
+class Shape:
+    """An affine image of a reference shape: point = origin + linear @ local.
+
+    A kind of shape has area, bounds, thickness, marks, problem(), project(points), normals(points), spread(count),
+    unhidden(...), inset(...), facets and facet_count; those that links know as they are also unit_height,
+    extent(directions) and moved(origin, corners); those of the published method parametric(st), parameters(local).
+    """
+
+    twist = np.zeros(3)
+    half = False  # whether it is a triangle, half of what (s, t) in [0, 1]^2 are
+    is_flat = False  # whether it lies in a plane, with a normal, an outline and two sides
+    is_ball = False
+    is_rectangle = False
+    is_mesh = False  # whether parts of it may hide others
+    plural = None  # of what links do not know as it is
+    lift = 0.0  # m; what points are lifted off it that stand for its light
+    wraps = False  # whether its second parameter runs around it
+    first_cells = 1, 1  # along its parameters, where an integral over it begins
+
+    @cached_property
+    def inverse(self):
+        """(3, 3): world offsets from the origin to local coordinates."""
+        return np.linalg.inv(self.linear)
+
+    def local(self, points):
+        """points (n, 3) m -> (n, 3) local coordinates."""
+        return (np.asarray(points, float) - self.origin) @ self.inverse.T
+
+    def world(self, local):
+        """local (n, 3) -> points (n, 3) m."""
+        local = np.asarray(local, float)
+        return self.origin + local @ self.linear.T + local[:, :1] * local[:, 1:2] * self.twist
+
+    @property
+    def pieces(self):
+        """[Shape] convex, that fill it and that the exact engine knows; the same ones each time."""
+        return [self]
+
+    def samples(self, count):
+        """Points (k, 3) m that stand for equal parts of the area each, about `count` of them seen from anywhere."""
+        return self.spread(count)
+
+    def against(self, points, normals, sign, near):
+        """(n,) Whether points, whose normals (n, 3) look away from space, lie against the side of the sign, at most
+        `near` m from it, or are within: then that gives them nothing."""
+        return np.zeros(len(points), bool)
+
+    def receiving(self, points, sign, least, normals=None, middle=None, triangle=None):
+        """points (n, 3) m near it -> where they receive light on the side of the sign, at least so many m from the
+        border, and normals there (n, 3); what is told of points on meshes counts there alone."""
+        points = self.inset(points, least)
+        return points, sign * self.normals(points)
+
+
+class Flat(Shape):
+    """A shape in a plane, with `normal`, `outline` (n, 3) m and `factor(points, normals)` seen from either side."""
+
+    is_flat = True
+
+    def normals(self, points):
+        """Unit normals (n, 3) of the front at points (n, 3)."""
+        return np.broadcast_to(self.normal, (len(points), 3))
+
+    def heights(self, points):
+        """points (n, 3) m -> (n,) m over the plane, on the side of the front"""
+        return (points - self.bounds[0]) @ self.normal
+
+    def unhidden(self, points, normals, sign, tolerance):
+        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where the radiance of the side of the sign is 1
+        and nothing hides it."""
+        out = np.zeros(len(points))
+        seen = np.flatnonzero(sign * self.heights(points) > 0)
+        out[seen] = self.factor(points[seen], normals[seen])
+        return out
+
+    def against(self, points, normals, sign, near):
+        flush = np.abs(self.heights(points)) < near
+        return flush & (sign * (normals @ self.normal) < PARALLEL**2 / 2 - 1)
