@@ -67,7 +67,7 @@ class Beside:
 
     def _chunks(self, own):
         """Runs (k,) of points, of flat shapes own (n,) or -1, with PAIRS neighbours or of one point."""
-        ends = np.cumsum(np.where(own >= 0, self.count[own], 0))
+        ends = np.cumsum(np.append(self.count, 0)[own])
         cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1] if len(ends) else 0, PAIRS), side="right"))
         return [some for some in np.split(np.arange(len(own)), cuts) if len(some)]
 
