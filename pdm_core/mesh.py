@@ -14,6 +14,8 @@ from .ears import triangulated
 from .nearest import NearestTriangle
 from .scene import FLATTEST, Shape, square_lattice, unit
 
+WITHIN = 1e-3  # of a triangle's area: how far from its borders points are spread at least
+
 
 class Mesh(Shape):
     """vertices (n, 3) m; faces (f, 3), (f, 4) or a list of corner lists, their front the side from which they run
@@ -188,8 +190,9 @@ class Mesh(Shape):
         ends = np.cumsum(self.areas[self._tree.order])  # neighbours follow each other
         s, t = square_lattice(count).T
         k = np.minimum(np.searchsorted(ends, s * ends[-1], side="right"), len(ends) - 1)
-        s = np.clip((s * ends[-1] - ends[k]) / self.areas[self._tree.order[k]] + 1, 0.0, 1.0)
-        s, t = np.sqrt(s)[:, None], t[:, None]
+        s = (s * ends[-1] - ends[k]) / self.areas[self._tree.order[k]] + 1
+        # on no corner: what is off one along a normal may be within what meets there
+        s, t = np.sqrt(np.clip(s, WITHIN, 1 - WITHIN))[:, None], t[:, None]
         p, q, r = np.moveaxis(self._points[self._tree.order[k]], 1, 0)
         return (1 - s) * p + s * ((1 - t) * q + t * r)
 

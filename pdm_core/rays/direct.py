@@ -63,7 +63,7 @@ class Shares:
             out[part] = source.unoccluded(points[part], receivers.normals[part])
             yield
         own = receivers.own
-        out[(own >= 0) & (own == source.skip) & ~receivers.inside] = 0.0
+        out[(own >= 0) & (own == source.skip)] = 0.0  # what a ball's inner side gives itself is met by rays
         out[source.against(points, receivers.normals)] = 0.0
         return out
 
@@ -99,11 +99,11 @@ class Shares:
         nothing = total <= 0
         safe = np.where(nothing, 1.0, total)
         share = seen / safe[:, None]
-        share[nothing] = 1.0
+        share[nothing] = 1.0  # but no more is known than that some of it is ahead
         each = half / np.where(total_half > 0, total_half, 1.0)
         plain = np.where(nothing, 1.0, plain / safe)
-        off = np.where((total_half > 0).all(axis=0), np.abs(each - plain).mean(axis=0), 0.0)
-        return share, off, (plain > 0) & (plain < 1 - 1e-9) & ~nothing
+        off = np.where((total_half > 0).all(axis=0), np.abs(each - plain).mean(axis=0), np.where(nothing, 1.0, 0.0))
+        return share, off, (plain > 0) & (plain < 1 - 1e-9) | nothing
 
     def _visible(self, source, place, receivers):
         if source.distant:

@@ -45,6 +45,8 @@ class Emitter(Source):
         super().__init__(scene.emission[index], self.surface.name)
         self.skip = -1 if isinstance(self.shape, Mesh) else scene.shape_of[index]
         self.lift, self.touching = 0.0, TOUCHING * facets.tolerance
+        self.layer = facets.moved[scene.shape_of[index]] * self.surface.sign  # m; where what lies over it hides it
+        self.tolerance = facets.tolerance
         self.table = ShapeTable([self.shape], facets.tolerance) if isinstance(self.shape, Sphere) else None
         if isinstance(self.shape, Mesh):
             self.lift = LIFTED * np.sqrt(np.median(self.shape.areas))
@@ -56,8 +58,10 @@ class Emitter(Source):
             return visible_factors(self.table, points, normals, np.zeros(len(points), int))
         if isinstance(shape, Mesh):
             return self._of_triangles(points, normals)
-        out = np.zeros(len(points))
-        seen = np.flatnonzero(self.surface.sign * ((points - shape.bounds[0]) @ shape.normal) > 0)
+        up = self.surface.sign * shape.normal
+        out, points = np.zeros(len(points)), points - self.layer * up
+        # what is no higher lies in its plane
+        seen = np.flatnonzero((points - shape.bounds[0]) @ up > self.tolerance)
         if isinstance(shape, Polygon):
             out[seen] = shape.factor(points[seen], normals[seen])
         else:
@@ -132,8 +136,11 @@ class Emitter(Source):
             points = shape.spread(count)
         else:
             points = shape.world(np.column_stack([square_lattice(count), np.zeros(count)]))
-        normals = self.surface.normals(points)
-        return points + self.lift * normals, normals, np.full(count, shape.area / count)
+        if isinstance(shape, Mesh):  # a triangle shines as its own plane looks, as in the closed form, however shaded
+            normals = self.surface.sign * shape.triangle_normals[shape.nearest(points)[0]]
+        else:
+            normals = self.surface.normals(points)
+        return points + (self.lift + self.layer) * normals, normals, np.full(count, shape.area / count)
 
     def tint(self, points):
         """(k, 3) emission at sample points, of its mean; None where it is the same everywhere."""
@@ -191,7 +198,7 @@ class Lamp(Source):
 def kernel(place, normal, points, normals):
     """(n, k) cosines over square distance, of sample places (k, 3) with normals (k, 3) or None, at points (n, 3)."""
     d = place[None] - points[:, None]
-    square = np.maximum(np.einsum("nki,nki->nk", d, d), 1e-300)
+    square = np.maximum(np.einsum("nki,nki->nk", d, d), 1e-150)  # its own square is above 0
     out = np.maximum(np.einsum("nki,ni->nk", d, normals), 0.0)
     if normal is None:
         return out / square**1.5
