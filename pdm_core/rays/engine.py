@@ -13,6 +13,7 @@ from ..numerics import gmres
 from ..plan import RAY_MEMORY
 from ..read_off import materials_at, spread_points
 from ..signs_of_life import finish, in_thread
+from .amplified import amplification, passed_on
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
 from .nodes import FINEST, LIT, Nodes
@@ -111,8 +112,10 @@ class RayState:
         right = self.rows.times(rho * outer + self.shining)
         guess = right.copy()
         solving = gmres(lambda v: self.rows.times(rho * v), right, guess, SOLVED * self.target, STEPS)
-        indirect, steps, left = yield from in_thread(finish, solving)
+        indirect, steps, _ = yield from in_thread(finish, solving)
         self.counts["iterations"] += steps
+        self.amplified = yield from in_thread(amplification, self.rows.times, rho)
+        residual = right - indirect + self.rows.times(rho * indirect)
         self.received = outer + indirect
         self.sent = rho * self.received + self.shining
         weight, reflected = self.nodes.weight, rho * self.received
@@ -125,7 +128,8 @@ class RayState:
         self.level = self.norm / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3)
         once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
-        self.left = left * self.gain
+        left = rho * self.amplified[:, None] * residual
+        self.left = np.sqrt((weight * (left**2).sum(axis=1)).sum()) / max(self.norm, 1e-300)
 
     # -- reading -------------------------------------------------------------------------------------------------
 
@@ -175,8 +179,10 @@ class RayState:
         shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
         own = HALF * self.rows.unsure(self.sent)
         reflected = nodes.reflectance * own
-        mean = np.linalg.norm((nodes.weight[:, None] * reflected).sum(axis=0)) / np.sqrt(nodes.weight.sum())
         self.node_error = np.linalg.norm(reflected, axis=1)
+        passed = nodes.reflectance * (
+            yield from in_thread(passed_on, self.rows.times, nodes.reflectance, own, self.amplified)
+        )
         rms = self._relative(nodes.surface, nodes.weight, self.node_error**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
         self.surplus = nodes.surpluses(self.sent, self.spread * nodes.reflectance.max(axis=1))
@@ -187,7 +193,7 @@ class RayState:
             "rays": rays,
             "shadows": shadows,
             "sent": sent,
-            "nodes": float(self.gain * dim * mean / max(self.norm, 1e-300) + CORRELATED * dim * rms),
+            "nodes": self._relative(nodes.surface, nodes.weight, (passed**2).sum(axis=1)) + CORRELATED * dim * rms,
             "solver": float(self.left),
         }
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
