@@ -58,6 +58,7 @@ class RayState:
         self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
         self.spread = np.zeros(0)  # of the direct light within each node's cell
+        self.unsure_lit = np.zeros(0)  # how far the direct light at a node's places may be off
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
         self.error, self.level = float("inf"), 0.0
@@ -74,13 +75,15 @@ class RayState:
         """Rays and direct light of the nodes that old (n,) does not know, -1; yields."""
         n, new = len(self.nodes), np.flatnonzero(old < 0)
         self.factor, self.spread = _carried(self.factor, old), _carried(self.spread, old)
+        self.unsure_lit = _carried(self.unsure_lit, old)
         self.traced = self.traced.moved(n, old)
         yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(new, j), new)
         self.counts["rays"] += len(new) * len(self.traced.directions)
         lit = self.nodes.lit_places(new)
         tolerance = np.full(len(lit), AT_NODES_TOLD * self.target * self.scale())
-        each = (yield from self.shares.at(lit, tolerance, AT_NODES))[0]
+        each, off = yield from self.shares.at(lit, tolerance, AT_NODES)
         each = each.reshape(len(new), LIT, *each.shape[1:])
+        self.unsure_lit[new] = np.sqrt((off.reshape(len(new), LIT) ** 2).mean(axis=1))
         self.factor[new] = each.mean(axis=1)
         self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
         yield from in_thread(self.link)
@@ -180,6 +183,7 @@ class RayState:
         own = HALF * self.rows.unsure(self.sent)
         reflected = nodes.reflectance * own
         self.node_error = np.linalg.norm(reflected, axis=1)
+        self.node_shadow = nodes.reflectance.max(axis=1) * self.unsure_lit
         passed = nodes.reflectance * (
             yield from in_thread(passed_on, self.rows.times, nodes.reflectance, own, self.amplified)
         )
@@ -197,7 +201,8 @@ class RayState:
             "solver": float(self.left),
         }
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
-        self._each(rays / max(rms, 1e-300))
+        shadow_rms = self._relative(nodes.surface, nodes.weight, self.node_shadow**2)
+        self._each(rays / max(rms, 1e-300), shadows / shadow_rms if shadow_rms > 0 else 0.0)
         self.history.append((self.elapsed(), self.error))
 
     def _relative(self, surface, weight, square):
@@ -220,13 +225,14 @@ class RayState:
             self.looked_rays = Traced(len(self.places), directions(self.read))
             yield from self.looked_rays.trace(self.facets, lambda _: self.places, np.arange(len(self.places)))
 
-    def _each(self, scale):
-        """surface_errors (n surfaces,): of each one's own light: of its nodes' rays, as large as those are where
-        colours are read, and its part of all the rest."""
+    def _each(self, ray_scale, shadow_scale):
+        """surface_errors (n surfaces,): of each one's own light: of its nodes' rays and shadows, as large as those are
+        where colours are read, and its part of all the rest."""
         nodes, count = self.nodes, len(self.scene)
-        self.node_error *= scale
+        self.node_error = np.hypot(ray_scale * self.node_error, shadow_scale * self.node_shadow)
         own = np.sqrt(np.bincount(nodes.surface, nodes.weight * self.node_error**2, count))
-        rest = np.sqrt(sum(v * v for k, v in self.parts.items() if k != "rays"))
+        told = {"rays"} | ({"shadows"} if shadow_scale > 0 else set())
+        rest = np.sqrt(sum(v * v for k, v in self.parts.items() if k not in told))
         known = self.surface_norms > 0
         relative = np.divide(own, self.surface_norms, out=np.zeros(count), where=known)
         self.surface_errors = SAFETY * np.where(known, np.hypot(relative, rest), 0.0)

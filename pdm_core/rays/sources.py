@@ -22,10 +22,11 @@ AFAR = 6.0  # radii of a cluster from which on it is one point
 
 class Source:
     """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it;
-    shadows: whether any does; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even."""
+    shadows: whether any does; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even; is_surface:
+    whether samples' weights are areas."""
 
     distant, skip, lift = False, -1, 0.0
-    shadows, pattern = True, None
+    shadows, pattern, is_surface = True, None, False
 
     def __init__(self, colour, name):
         self.colour, self.name = np.asarray(colour, float), name
@@ -38,6 +39,8 @@ class Source:
 class Emitter(Source):
     """An emitting surface. Where its emission varies, colour is its mean and each sample point has its own part of it:
     `tint(points)` (n, 3), of the mean."""
+
+    is_surface = True
 
     def __init__(self, facets, index):
         scene = facets.scene
