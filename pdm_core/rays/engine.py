@@ -40,6 +40,7 @@ DIM = 0.05  # of the mean light: what is darker need not be right to its own
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
 HALVED = 0.6  # of the error of cells, what halves of them leave
 KEPT_WHOLE = 0.02  # of the square of the error: cells that make no more are not halved
+USUAL = 4.0  # nodes whose weight the usual error of a surface has beside its own
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
 
@@ -235,6 +236,9 @@ class RayState:
         rest = np.sqrt(sum(v * v for k, v in self.parts.items() if k not in told))
         known = self.surface_norms > 0
         relative = np.divide(own, self.surface_norms, out=np.zeros(count), where=known)
+        # a few nodes tell little of their own error: the usual one counts as so many more
+        usual = np.median(relative[known]) if known.any() else 0.0
+        relative = np.sqrt((nodes.number * relative**2 + USUAL * usual**2) / (nodes.number + USUAL))
         self.surface_errors = SAFETY * np.where(known, np.hypot(relative, rest), 0.0)
 
     @property

@@ -89,3 +89,11 @@ def _joined(parts):
     """Vertices and faces of several."""
     first = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
     return np.concatenate([v for v, _ in parts]), np.concatenate([f + k for (_, f), k in zip(parts, first)])
+
+
+def knows(variant, kind):
+    """Whether the judge of a kind can judge its variant: the tracer follows few triangles."""
+    return variant in (as_it_is, with_polygons) or kind.__name__ not in TRACED
+
+
+TRACED = {"ball_over_plane", "ball_in_plane", "balls_that_cross", "ball_over_cube", "maze", "lamp_under_ceiling"}
