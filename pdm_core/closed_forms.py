@@ -88,7 +88,7 @@ def _polygon_chunk(x, n, corners):
 def kernel(place, normal, points, normals):
     """(n, k) cosines over square distance, of sample places (k, 3) with normals (k, 3) or None, at points (n, 3)."""
     d = place[None] - points[:, None]
-    square = np.maximum(np.einsum("nki,nki->nk", d, d), 1e-300)
+    square = np.maximum(np.einsum("nki,nki->nk", d, d), 1e-150)  # its own square is above 0
     out = np.maximum(np.einsum("nki,ni->nk", d, normals), 0.0)
     if normal is None:
         return out / square**1.5

@@ -18,6 +18,7 @@ SAMPLED = 4096  # receivers whose places tell the quantiles
 CANDIDATES = 1 << 15  # pairs tested at once
 EDGE = 1e-9  # of a facet: how far beside it a ray still meets it, lest one slip between two
 FAR = 1e-9  # part of its distance that a lamp's point is nearer than
+OUTSIDE = 1e-9  # of a ball: what is further out than this is not within it
 TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
 NOTHING, CONTACT = -1, -2  # instead of a facet
 
@@ -169,15 +170,15 @@ def _seen_through(facets, centre, plane, receivers, skip):
     quadrics = _Quadrics(facets, np.zeros((3, 3)), plane.T, centre)
     triangle, of, count = facets.triangle[before], np.append(before, np.arange(m, len(shape))), len(before)
     length = np.sqrt(1 + x * x + y * y)
-    # what ends before the receiver by as much as it keeps from its own surface hides it
-    limit = 1 / np.maximum(c - np.maximum(receivers.start, 0.0) / length, 1e-300)
+    # what ends before the receiver by as much as it keeps from its own surface hides it; layers are further apart
+    limit = 1 / np.maximum(c - np.maximum(receivers.start, facets.tolerance) / length, 1e-300)
     out = np.ones(len(x), bool)
     for who, which in _pairs(x, y, low, high):
         flat = np.flatnonzero(which < count)
         r, k = who[flat], which[flat]
         xr, yr = x.take(r), y.take(r)
         w = _at(inverse[2], k, xr, yr)
-        keep = np.flatnonzero((w > limit.take(r) * (1 + FAR)) & (receivers.own.take(r) != shape.take(of.take(k))))
+        keep = np.flatnonzero((w > limit.take(r)) & (receivers.own.take(r) != shape.take(of.take(k))))
         r, k, xr, yr, w = r[keep], k[keep], xr[keep], yr[keep], w[keep]
         s, t = (_at(row, k, xr, yr) for row in inverse[:2])
         slack = EDGE * w
@@ -190,7 +191,9 @@ def _seen_through(facets, centre, plane, receivers, skip):
             end = 1 / limit.take(r) * (1 - FAR)
             least = FAR * end
             through = ((near > least) & (near < end)) | ((far > least) & (far < end))
-            out[r[through & (receivers.own.take(r) != shape.take(k + m))]] = False
+            own = receivers.own.take(r) == shape.take(k + m)
+            # from within a ball all that is outside is hidden by it
+            out[r[np.where(own, receivers.inside.take(r) & (quadrics.c.take(k) > OUTSIDE), through)]] = False
     return out
 
 
@@ -265,7 +268,7 @@ def _projective(facets, centre, plane, some):
     scale = 1 / np.where(seen, det, np.inf)
     triangle = facets.triangle[some]
     corners = np.stack([o, o + u, o + u + np.where(triangle, 0.0, v), o + v], axis=1)
-    least = 1e-9 * max(np.abs(corners).max(initial=0.0), 1e-300)
+    least = max(min(1e-9 * np.abs(corners).max(initial=0.0), facets.tolerance), 1e-300)  # layers are further apart
     ahead = corners[2] >= least
     flat = corners[:2] / np.maximum(corners[2], least)
     low, high = np.where(ahead, flat, np.inf).min(axis=1), np.where(ahead, flat, -np.inf).max(axis=1)
@@ -362,7 +365,7 @@ def _first(ends, r, own, receivers):
     nor their own ball but its far side from inside; inf where there is none."""
     near, far = ends
     start = receivers.start.take(r)
-    least = np.maximum(np.abs(start), FAR)  # from within, the wall at hand is not met
+    least = np.abs(start)  # from within, the wall at hand is not met
     inside = own & receivers.inside.take(r)
     out = np.where(
         (near > start) & ~own, near, np.where((far > least) & ((near <= start) & ~own | inside), far, np.inf)

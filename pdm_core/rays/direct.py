@@ -17,6 +17,7 @@ AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 FAINT = 0.1  # of the tolerance: a source whose whole light is less is judged by one point
 UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is seen: UNSURE / (2 n)^POWER, about
 UNSEEN = 1e-12
+BETWEEN = 0.3  # of a source's light that its points do not stand for: more of them are needed
 DIMMEST = 1e-6  # of a pattern, so that the whole lamp counts where its beam passes between the points that stand for it
 
 
@@ -46,7 +47,7 @@ class Shares:
                 some = np.flatnonzero(some)
                 while len(some):
                     part = receivers.take(lit[some])
-                    share[some], off[some], partly = yield from self._share(source, part, count)
+                    share[some], off[some], partly = yield from self._share(source, part, count, whole[lit[some]])
                     unsure = UNSURE / (2 * count) ** POWER * light[lit[some]] * np.sqrt(len(self.sources))
                     again = partly & (unsure > tolerance[lit[some]]) & (count > 1)
                     count *= FACTOR
@@ -63,12 +64,13 @@ class Shares:
             out[part] = source.unoccluded(points[part], receivers.normals[part])
             yield
         own = receivers.own
-        out[(own >= 0) & (own == source.skip) & ~receivers.inside] = 0.0
+        out[(own >= 0) & (own == source.skip)] = 0.0  # what a ball's inner side gives itself is met by rays
         out[source.against(points, receivers.normals)] = 0.0
         return out
 
-    def _share(self, source, receivers, count):
-        """Shares seen (n, 3), how far half the points are off (n,), and which see a part alone (n,)."""
+    def _share(self, source, receivers, count, whole):
+        """Shares seen (n, 3), how far half the points are off (n,), and which see a part alone (n,), or may do so
+        between points that together give less than the whole light (n,)."""
         place, normal, weight = source.samples(count)
         tint = source.tint(place)
         n = len(receivers)
@@ -99,11 +101,16 @@ class Shares:
         nothing = total <= 0
         safe = np.where(nothing, 1.0, total)
         share = seen / safe[:, None]
-        share[nothing] = 1.0
+        share[nothing] = 1.0  # but no more is known than that some of it is ahead
         each = half / np.where(total_half > 0, total_half, 1.0)
-        plain = np.where(nothing, 1.0, plain / safe)
+        plain = np.where(nothing, 0.0, plain / safe)
         off = np.where((total_half > 0).all(axis=0), np.abs(each - plain).mean(axis=0), 0.0)
-        return share, off, (plain > 0) & (plain < 1 - 1e-9) & ~nothing
+        hides = plain < 1 - 1e-9
+        # what is near shines between the points that stand for it: all of it may be seen where they are not
+        between = (
+            np.where(hides, np.maximum(1 - total / (np.pi * whole), 0.0), 0.0) if source.is_surface else 1.0 * nothing
+        )
+        return share, np.maximum(off, between), hides & (plain > 0) | (between > BETWEEN)
 
     def _visible(self, source, place, receivers):
         if source.distant:

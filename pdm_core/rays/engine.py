@@ -13,6 +13,7 @@ from ..numerics import gmres
 from ..plan import RAY_MEMORY
 from ..read_off import materials_at, spread_points
 from ..signs_of_life import finish, in_thread
+from .amplified import amplification, passed_on
 from .covered import covered
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
@@ -40,6 +41,7 @@ DIM = 0.05  # of the mean light: what is darker need not be right to its own
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
 HALVED = 0.7  # of the error of cells, what halves of them leave
 KEPT_WHOLE = 0.02  # of the square of the error: cells that make no more are not halved
+USUAL = 4.0  # nodes whose weight the usual error of a surface has beside its own
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
 
@@ -58,6 +60,7 @@ class RayState:
         self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
         self.spread = np.zeros(0)  # of the direct light within each node's cell
+        self.unsure_lit = np.zeros(0)  # how far the direct light at a node's places may be off
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
         self.error, self.level = float("inf"), 0.0
@@ -78,12 +81,15 @@ class RayState:
         kept, changed = self.nodes.uncover(new, covered(self.traced, self.nodes, new))
         self.traced, old = self.traced.moved(len(kept), kept), old[kept]
         yield from self.trace(changed)
-        self.factor, self.spread = _carried(self.factor, old), _carried(self.spread, old)
+        self.factor, self.spread, self.unsure_lit = (
+            _carried(a, old) for a in (self.factor, self.spread, self.unsure_lit)
+        )
         new = np.flatnonzero(old < 0)
         lit = self.nodes.lit_places(new)
         tolerance = np.full(len(lit), AT_NODES_TOLD * self.target * self.scale())
-        each = (yield from self.shares.at(lit, tolerance, AT_NODES))[0]
+        each, off = yield from self.shares.at(lit, tolerance, AT_NODES)
         each = each.reshape(len(new), LIT, *each.shape[1:])
+        self.unsure_lit[new] = np.sqrt((off.reshape(len(new), LIT) ** 2).mean(axis=1))
         self.factor[new] = each.mean(axis=1)
         self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
         yield from in_thread(self.link)
@@ -120,8 +126,10 @@ class RayState:
         right = self.rows.times(rho * outer + self.shining)
         guess = right.copy()
         solving = gmres(lambda v: self.rows.times(rho * v), right, guess, SOLVED * self.target, STEPS)
-        indirect, steps, left = yield from in_thread(finish, solving)
+        indirect, steps, _ = yield from in_thread(finish, solving)
         self.counts["iterations"] += steps
+        self.amplified = yield from in_thread(amplification, self.rows.times, rho)
+        residual = right - indirect + self.rows.times(rho * indirect)
         self.received = outer + indirect
         self.sent = rho * self.received + self.shining
         weight, reflected = self.nodes.weight, rho * self.received
@@ -134,7 +142,8 @@ class RayState:
         self.level = self.norm / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3)
         once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
-        self.left = left * self.gain
+        left = rho * self.amplified[:, None] * residual
+        self.left = np.sqrt((weight * (left**2).sum(axis=1)).sum()) / max(self.norm, 1e-300)
 
     # -- reading -------------------------------------------------------------------------------------------------
 
@@ -184,8 +193,11 @@ class RayState:
         shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
         own = HALF * self.rows.unsure(self.sent)
         reflected = nodes.reflectance * own
-        mean = np.linalg.norm((nodes.weight[:, None] * reflected).sum(axis=0)) / np.sqrt(nodes.weight.sum())
         self.node_error = np.linalg.norm(reflected, axis=1)
+        self.node_shadow = nodes.reflectance.max(axis=1) * self.unsure_lit
+        passed = nodes.reflectance * (
+            yield from in_thread(passed_on, self.rows.times, nodes.reflectance, own, self.amplified)
+        )
         rms = self._relative(nodes.surface, nodes.weight, self.node_error**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
         cells, meshes = nodes.surplus(self.sent, self.spread * nodes.reflectance.max(axis=1))
@@ -201,11 +213,12 @@ class RayState:
             "rays": rays,
             "shadows": shadows,
             "sent": sent,
-            "nodes": float(self.gain * dim * mean / max(self.norm, 1e-300) + CORRELATED * dim * rms),
+            "nodes": self._relative(nodes.surface, nodes.weight, (passed**2).sum(axis=1)) + CORRELATED * dim * rms,
             "solver": float(self.left),
         }
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
-        self._each(rays / max(rms, 1e-300))
+        shadow_rms = self._relative(nodes.surface, nodes.weight, self.node_shadow**2)
+        self._each(rays / max(rms, 1e-300), shadows / shadow_rms if shadow_rms > 0 else 0.0)
         self.history.append((self.elapsed(), self.error))
 
     def _relative(self, surface, weight, square):
@@ -228,15 +241,19 @@ class RayState:
             self.looked_rays = Traced(len(self.places), directions(self.read))
             yield from self.looked_rays.trace(self.facets, lambda _: self.places, np.arange(len(self.places)))
 
-    def _each(self, scale):
-        """surface_errors (n surfaces,): of each one's own light: of its nodes' rays, as large as those are where
-        colours are read, and its part of all the rest."""
+    def _each(self, ray_scale, shadow_scale):
+        """surface_errors (n surfaces,): of each one's own light: of its nodes' rays and shadows, as large as those are
+        where colours are read, and its part of all the rest."""
         nodes, count = self.nodes, len(self.scene)
-        self.node_error *= scale
+        self.node_error = np.hypot(ray_scale * self.node_error, shadow_scale * self.node_shadow)
         own = np.sqrt(np.bincount(nodes.surface, nodes.weight * self.node_error**2, count))
-        rest = np.sqrt(sum(v * v for k, v in self.parts.items() if k != "rays"))
+        told = {"rays"} | ({"shadows"} if shadow_scale > 0 else set())
+        rest = np.sqrt(sum(v * v for k, v in self.parts.items() if k not in told))
         known = self.surface_norms > 0
         relative = np.divide(own, self.surface_norms, out=np.zeros(count), where=known)
+        # a few nodes tell little of their own error: the usual one counts as so many more
+        usual = np.median(relative[known]) if known.any() else 0.0
+        relative = np.sqrt((nodes.number * relative**2 + USUAL * usual**2) / (nodes.number + USUAL))
         self.surface_errors = SAFETY * np.where(known, np.hypot(relative, rest), 0.0)
 
     @property

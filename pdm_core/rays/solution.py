@@ -135,7 +135,7 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
             break
     solution = approach.best
     solution.seconds, solution.history = state.elapsed(), list(state.history)
-    if idle := state.idle:
+    if idle := solution._state.idle:  # not of nodes that are being added
         named = ", ".join(map(repr, idle[:NAMED])) + (f" and {len(idle) - NAMED} more" if len(idle) > NAMED else "")
         solution.warnings.append(
             f"{named} light no surface that reflects, or only places smaller than its cells, which are not sent on; "

@@ -9,10 +9,11 @@ from .bundles import TOUCHING
 
 class Source:
     """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it;
-    shadows: whether any does; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even."""
+    shadows: whether any does; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even; is_surface:
+    whether samples' weights are areas."""
 
     distant, skip, lift = False, -1, 0.0
-    shadows, pattern = True, None
+    shadows, pattern, is_surface = True, None, False
 
     def __init__(self, colour, name):
         self.colour, self.name = np.asarray(colour, float), name
@@ -26,16 +27,20 @@ class Emitter(Source):
     """An emitting surface. Where its emission varies, colour is its mean and each sample point has its own part of it:
     `tint(points)` (n, 3), of the mean."""
 
+    is_surface = True
+
     def __init__(self, facets, index):
         scene = facets.scene
         self.index, self.surface, self.shape = index, scene.surfaces[index], scene.surfaces[index].shape
         super().__init__(scene.emission[index], self.surface.name)
         self.skip = facets.own[scene.shape_of[index]]
         self.lift, self.tolerance = self.shape.lift, facets.tolerance
+        layer = facets.moved[scene.shape_of[index]]  # m; what lies over it, in its plane, hides it
+        self.offset = layer * self.shape.normal if layer else np.zeros(3)
 
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi where the radiance is 1 and nothing hides it."""
-        return self.shape.unhidden(points, normals, self.surface.sign, self.tolerance)
+        return self.shape.unhidden(points - self.offset, normals, self.surface.sign, self.tolerance)
 
     def against(self, points, normals):
         """(n,) Whether points lie against a flat shape, or within the ball that shines outwards."""
@@ -44,8 +49,9 @@ class Emitter(Source):
     def samples(self, count):
         """Places (k, 3) m on it, normals (k, 3), weights (k,) m^2."""
         points = self.shape.samples(count)
-        normals = self.surface.normals(points)
-        return points + self.lift * normals, normals, np.full(len(points), self.shape.area / len(points))
+        # a triangle shines as its own plane looks, however it is shaded
+        normals = self.surface.sign * self.shape.face_normals(points)
+        return points + self.lift * normals + self.offset, normals, np.full(len(points), self.shape.area / len(points))
 
     def tint(self, points):
         """(k, 3) emission at sample points, of its mean; None where it is the same everywhere."""

@@ -209,6 +209,10 @@ class Mesh(Shape):
         normals[cancel] = self.triangle_normals[triangle[cancel]]
         return unit(normals)
 
+    def face_normals(self, points):
+        """Unit normals (n, 3) of the faces' fronts at points (n, 3)."""
+        return self.triangle_normals[self.nearest(points)[0]]
+
     def unhidden(self, points, normals, sign, tolerance):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where the radiance of the side of the sign is 1
         and nothing hides it, itself neither."""

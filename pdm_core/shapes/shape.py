@@ -77,6 +77,10 @@ class Shape:
         """[Shape] convex, that fill it and that the exact engine knows; the same ones each time."""
         return [self]
 
+    def face_normals(self, points):
+        """Unit normals (n, 3) of the front at points (n, 3), however it is shaded."""
+        return self.normals(points)
+
     def samples(self, count):
         """Points (k, 3) m that stand for equal parts of the area each, about `count` of them seen from anywhere."""
         return self.spread(count)
@@ -110,7 +114,7 @@ class Flat(Shape):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where the radiance of the side of the sign is 1
         and nothing hides it."""
         out = np.zeros(len(points))
-        seen = np.flatnonzero(sign * self.heights(points) > 0)
+        seen = np.flatnonzero(sign * self.heights(points) > tolerance)  # what is no higher lies in its plane
         out[seen] = self.factor(points[seen], normals[seen])
         return out
 

@@ -5,6 +5,7 @@ import numpy as np
 from .shape import square_lattice
 
 INNER = 2e-3  # least barycentric coordinate of points on triangles that receive light
+WITHIN = 1e-3  # of a triangle's area: how far from its borders points are spread at least
 MEET = 1e-7  # difference of barycentric coordinates up to which a point is next to several triangles alike
 PAIRS = 1 << 18  # of points and triangles compared at once
 
@@ -52,5 +53,7 @@ def spread_over(corners, count):
     ends = np.cumsum(areas)
     s, t = square_lattice(count).T
     k = np.minimum(np.searchsorted(ends, s * ends[-1], side="right"), len(ends) - 1)
-    s = np.sqrt(np.clip((s * ends[-1] - ends[k]) / areas[k] + 1, 0.0, 1.0))[:, None]
+    s = (s * ends[-1] - ends[k]) / areas[k] + 1
+    # on no corner: what is off one along a normal may be within what meets there
+    s = np.sqrt(np.clip(s, WITHIN, 1 - WITHIN))[:, None]
     return (1 - s) * p[k] + s * ((1 - t[:, None]) * q[k] + t[:, None] * r[k])

@@ -8,15 +8,27 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stability"))
 from judge import judge  # noqa: E402
 from kinds import KINDS, Place, furnace  # noqa: E402
+from variants import VARIANTS, knows  # noqa: E402
 
 SLOW = {"ball_over_cube", "maze"}  # seconds each: left to `make stability`
 SEEDS = 3
+BY_RAYS = 0.05  # target: seconds count
 
 
 @pytest.mark.parametrize("kind", [k for k in KINDS if k.__name__ not in SLOW], ids=lambda k: k.__name__)
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_right_to_what_is_stated_or_refused(kind, seed):
     verdict = judge(kind, seed)
+    assert verdict.holds, verdict
+
+
+@pytest.mark.parametrize("variant", VARIANTS, ids=lambda v: v.__name__)
+@pytest.mark.parametrize("kind", [k for k in KINDS if k.__name__ not in SLOW], ids=lambda k: k.__name__)
+def test_by_rays_too(kind, variant):
+    """As they are, of polygons, of meshes, all planes as one mesh."""
+    if not knows(variant, kind):
+        return
+    verdict = judge(kind, 0, BY_RAYS, variant=variant)
     assert verdict.holds, verdict
 
 

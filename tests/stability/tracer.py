@@ -2,16 +2,44 @@
 
 import numpy as np
 
-from pdm_core import Sphere
+from pdm_core import Mesh, Plane, Polygon, Sphere
 
 BOUNCES = 200
 SURVIVE = 0.95  # of Russian roulette, at most
 OFF = 1e-7  # of the scene's size: rays begin so far from their surface
 
 
+def random_points(shape, count, rng):
+    """(count, 3) m on a shape, evenly over its area (over that of the round one, of an ellipsoid)."""
+    if isinstance(shape, Sphere):
+        local = rng.normal(size=(count, 3))
+        return shape.world(local / np.linalg.norm(local, axis=1, keepdims=True))
+    if isinstance(shape, Plane):
+        return shape.world(np.column_stack([rng.random((count, 2)), np.zeros(count)]))
+    p, q, r = np.moveaxis(triangles_of(shape), 1, 0)
+    areas = np.linalg.norm(np.cross(q - p, r - p), axis=1)
+    k = rng.choice(len(p), count, p=areas / areas.sum())
+    s, t = np.sqrt(rng.random(count))[:, None], rng.random(count)[:, None]
+    return (1 - s) * p[k] + s * ((1 - t) * q[k] + t * r[k])
+
+
+def triangles_of(shape):
+    """(k, 3, 3) m of a Polygon or a Mesh."""
+    return shape.triangles if isinstance(shape, Polygon) else shape.vertices[shape.triangles]
+
+
 class Tracer:
     def __init__(self, scene):
         self.scene = scene
+        self.parts = []  # (shape's number, origin, inverse, kind)
+        for k, shape in enumerate(scene.shapes):
+            if isinstance(shape, Mesh | Polygon):
+                for a, b, c in triangles_of(shape):
+                    linear = np.column_stack([b - a, c - a, np.cross(b - a, c - a)])
+                    self.parts.append((k, a, np.linalg.inv(linear), "triangle"))
+            else:
+                kind = "ball" if isinstance(shape, Sphere) else "plane"
+                self.parts.append((k, shape.origin, shape.inverse, kind))
         self.surface = np.full((len(scene.shapes), 2), -1)  # of the front and the back of each shape
         for k, s in enumerate(scene.surfaces):
             self.surface[scene.shape_of[k], int(s.side == "back")] = k
@@ -19,9 +47,9 @@ class Tracer:
     def hit(self, x, d):
         """Rays x + t d (n, 3) -> surface hit (n,), -1 for none, -2 for a side without a surface; point (n, 3)."""
         nearest, which, front = np.full(len(x), np.inf), np.full(len(x), -1), np.zeros(len(x), bool)
-        for k, shape in enumerate(self.scene.shapes):
-            p, e = (x - shape.origin) @ shape.inverse.T, d @ shape.inverse.T
-            if isinstance(shape, Sphere):
+        for k, origin, inverse, kind in self.parts:
+            p, e = (x - origin) @ inverse.T, d @ inverse.T
+            if kind == "ball":
                 a, b, c = (e * e).sum(1), (p * e).sum(1), (p * p).sum(1) - 1
                 root = np.sqrt(np.maximum(b * b - a * c, 0))
                 t = np.where(-b - root > 0, -b - root, root - b) / a
@@ -30,7 +58,8 @@ class Tracer:
                 with np.errstate(divide="ignore", invalid="ignore"):
                     t = -p[:, 2] / e[:, 2]
                 at = p[:, :2] + t[:, None] * e[:, :2]
-                t, outside = np.where((t > 0) & ((at >= 0) & (at <= 1)).all(1), t, np.inf), e[:, 2] < 0
+                most = at.sum(axis=1) if kind == "triangle" else at.max(axis=1)
+                t, outside = np.where((t > 0) & (at >= 0).all(1) & (most <= 1), t, np.inf), e[:, 2] < 0
             closer = t < nearest
             nearest, which, front = (
                 np.where(closer, t, nearest),
@@ -46,11 +75,7 @@ class Tracer:
         scene, total = self.scene, np.zeros((len(x), 3))
         for k in np.flatnonzero((scene.emission > 0).any(axis=1)):
             s = scene.surfaces[k]
-            if isinstance(s.shape, Sphere):
-                local = rng.normal(size=x.shape)
-                y = s.shape.world(local / np.linalg.norm(local, axis=1, keepdims=True))
-            else:
-                y = s.shape.world(np.column_stack([rng.random((len(x), 2)), np.zeros(len(x))]))
+            y = random_points(s.shape, len(x), rng)
             d = y - x
             r2 = np.maximum((d * d).sum(1), 1e-300)
             kernel = np.maximum((d * n).sum(1), 0) * np.maximum(-(d * s.normals(y)).sum(1), 0) / (np.pi * r2**2)
@@ -97,11 +122,7 @@ def places(scene, count, rng):
     number = np.maximum((count * scene.areas / scene.areas.sum()).round().astype(int), 4)
     points, normals = [], []
     for s, many in zip(scene.surfaces, number):
-        if isinstance(s.shape, Sphere):
-            local = rng.normal(size=(many, 3))
-            p = s.shape.world(local / np.linalg.norm(local, axis=1, keepdims=True))
-        else:
-            p = s.shape.world(np.column_stack([rng.random((many, 2)), np.zeros(many)]))
+        p = random_points(s.shape, many, rng)
         points.append(p)
         normals.append(s.normals(p))
     weight = np.repeat(scene.areas / number, number)
