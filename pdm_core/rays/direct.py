@@ -107,9 +107,14 @@ class Shares:
         off = np.where((total_half > 0).all(axis=0), np.abs(each - plain).mean(axis=0), 0.0)
         hides = plain < 1 - 1e-9
         # what is near shines between the points that stand for it: all of it may be seen where they are not
-        between = (
-            np.where(hides, np.maximum(1 - total / (np.pi * whole), 0.0), 0.0) if source.is_surface else 1.0 * nothing
-        )
+        between = 1.0 * nothing
+        if source.is_surface:
+            lacking = np.where(hides, np.maximum(1 - total / (np.pi * whole), 0.0), 0.0)
+            some = np.flatnonzero(lacking > 0)
+            apart = np.sqrt(source.shape.area / len(place))
+            near = source.distances(receivers.points[some] + self.facets.centre) < apart
+            between = np.zeros(n)
+            between[some[near]] = lacking[some[near]]
         return share, np.maximum(off, between), hides & (plain > 0) | (between > BETWEEN)
 
     def _visible(self, source, place, receivers):

@@ -285,6 +285,8 @@ class Nodes:
         new = copy.copy(self)
         for name in ("weight", "reflectance"):
             new.__dict__.pop(name, None)
+        shape_of = self.facets.scene.shape_of
+        meshes = np.bincount(shape_of, meshes)[shape_of] > 0  # both sides of a mesh have the same groups
         new.merged = np.where(meshes, self.merged / 2, self.merged)
         new._lay_out(*self.lattice.split(cells), meshes, self)
         return new

@@ -46,6 +46,10 @@ class Emitter(Source):
         """(n,) Whether points lie against a flat shape, or within the ball that shines outwards."""
         return self.shape.against(points, normals, self.surface.sign, TOUCHING * self.tolerance)
 
+    def distances(self, points):
+        """(n,) m of points (n, 3) m from it."""
+        return np.linalg.norm(points - self.shape.project(points), axis=1)
+
     def samples(self, count):
         """Places (k, 3) m on it, normals (k, 3), weights (k,) m^2."""
         points = self.shape.samples(count)
