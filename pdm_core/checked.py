@@ -2,6 +2,7 @@
 
 import numpy as np
 
+NAMED = 3  # in a sentence
 LEAST, MOST = 1e-30, 1e30  # magnitudes that single precision still holds with room for products
 
 
@@ -67,3 +68,9 @@ def index(value, count, what):
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer) or not 0 <= value < count:
         raise SceneError(f"{what} is {value!r}; use an index from 0 to {count - 1}")
     return int(value)
+
+
+def some_of(names, count=None):
+    """The first NAMED of names, and how many more there are, of so many, if not of these."""
+    more = (len(names) if count is None else count) - NAMED
+    return ", ".join(names[:NAMED]) + (f" and {more} more" if more > 0 else "")

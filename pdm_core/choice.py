@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 # Fitted to measured runs of 5 to 300 boxes, balls and planes at targets of 4 to .25 %, on one thread.
-LINK, BLOCKED = 3e-5, 0.1  # s a pair of a node and a surface that face each other; more for each shape that may hide
-NODES, FACING = 25, 0.5  # of a surface at first; of the surfaces, that a node sees
+PAIR, BLOCKED = 3.75e-4, 0.1  # s of links a pair of surfaces: 30 us for each of 25 nodes that half of the others
+# face; more for each shape that may hide them
 FINER_LINKS, FINER_RAYS = 0.5, 1.8  # powers of the target's reciprocal
 RAYS, RAYS_AT = 0.7, 8.0  # s of rays for any scene, and more at the target of 1 %
 
@@ -26,7 +26,6 @@ def choose(scene, target):
     needs += ["surfaces that vary"] * any(surface.varies for surface in scene.surfaces)
     if needs:
         return Choice(True, f"because of {' and '.join(needs)}")
-    count = len(scene)
-    links = LINK * NODES * count * FACING * count * (1 + BLOCKED * len(scene.shapes)) * (0.04 / target) ** FINER_LINKS
+    links = PAIR * len(scene) ** 2 * (1 + BLOCKED * len(scene.shapes)) * (0.04 / target) ** FINER_LINKS
     rays = RAYS + RAYS_AT * (0.01 / target) ** FINER_RAYS
     return Choice(rays < links, f"predicted: {rays:.2g} s by rays, {links:.2g} s by links", links, rays)

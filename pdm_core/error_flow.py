@@ -11,7 +11,6 @@ from .numerics import gmres
 
 ONE_SIGNED = 0.3  # part of a cell's error that is of one sign, and goes on as light does
 ROUGHLY = 0.1  # relative residual in solving for an error
-MOST = 30  # steps
 
 
 class Flow:
@@ -28,14 +27,14 @@ class Flow:
         self.spread_out, self.leaf_error = density(self.field, leaf_error), leaf_error
         source = ONE_SIGNED * self._spread(self.spread_out) + density(self.sent, sent_error)
         right = self.rows.times(source)
-        error = (yield from gmres(self._scatter, right, right, ROUGHLY, MOST))[0]
+        error = (yield from gmres(self._scatter, right, right, ROUGHLY))[0]
         return np.abs(self._spread(error)[:, 0])
 
     def blame(self, weight):
         """weight (n sent nodes,) of the errors received -> (n cells,) what each leaf of the field makes of their
         weighted sum; yields."""
         weight = self._gathered(weight[:, None])
-        adjoint = (yield from gmres(self._scatter_back, weight, weight, ROUGHLY, MOST))[0]
+        adjoint = (yield from gmres(self._scatter_back, weight, weight, ROUGHLY))[0]
         sensitivity = ONE_SIGNED * self._gathered(self._back(adjoint))
         field, leaves = self.field, self.field.leaves
         area = field.sizes()[leaves]

@@ -21,7 +21,6 @@ DEEPEST = 10  # levels of cells below a chart
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
 SPAN = CHARTS * (GRID + 1)
 ROOT = 0.4  # a root's surplus over the bilinear interpolant counts this much
-ACROSS = 1.0  # a cell's size, of the distance at which the gap around it has opened by its curvature
 FACING = 0.7  # least cosine between planes that have a gap between them rather than a corner
 CLOSE = 0.4  # a gap, of a cell's size, that is as good as a contact
 # cells in a gap between planes: no larger than so many gaps or that part of the other plane's radius, or, in charts
@@ -345,7 +344,7 @@ def crowded(field, smallest, touching, flat, wanted):
             wide = _flat_gap(field, leaves[near], points[near], size[near], shape)
             curved = np.sqrt(gap * (gap + 2 * curved))
             scale = np.where(round_, np.maximum(curved, least), np.maximum(wide, flat * least))
-        split[near] |= size[near] > ACROSS * scale
+        split[near] |= size[near] > scale
     return leaves[split]
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .checked import SceneError, array, index, number
+from .checked import NAMED, SceneError, array, index, number, some_of
 from .closed_forms import aligned_rectangles
 from .contacts import contacts_of, settle
 from .exchange import polygon_exchange
@@ -35,11 +35,9 @@ CELLS = 20000  # most cells of one surface
 # in pairs of a point and a target that nothing hides, about a microsecond each: what others take, and all at most, some
 # 50 s in a room of 12 balls and 2 screens. Surfaces share what is left evenly
 EXACT, SAMPLED, WORK = 4, 180, 45_000_000
-NAMED = 3  # pairs in a warning
 LEAST = 1e-12  # factors below it need no digits
 PEAKS = 16.0, 4.0  # sizes of surfaces, and of cells, of their distance from a target whose peak their nodes may miss
 SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
-GAIN = 1.0  # how much better four children may be trusted to be than their difference from their parent
 ROUNDING = 1e-15
 PAIRS = 1 << 18  # (point, target) pairs at once
 
@@ -130,9 +128,8 @@ def _above(scene, rows, factors, error, rtol):
     size = error[i, j] / np.maximum(np.abs(factors[i, j]), LEAST)
     worst = np.argsort(-size)[:NAMED]
     name = [surface.name or f"surface {k}" for k, surface in enumerate(scene.surfaces)]
-    named = ", ".join(f"from {name[rows[i[k]]]!r} to {name[j[k]]!r} {error[i[k], j[k]]:.1g}" for k in worst)
-    more = f" and {len(i) - len(worst)} more" if len(i) > len(worst) else ""
-    return [f"Absolute errors are above {rtol:g} of their form factors ({named}{more}): see error; raise rtol"]
+    named = some_of([f"from {name[rows[i[k]]]!r} to {name[j[k]]!r} {error[i[k], j[k]]:.1g}" for k in worst], len(i))
+    return [f"Absolute errors are above {rtol:g} of their form factors ({named}): see error; raise rtol"]
 
 
 def _reciprocal(scene, rows, factors, error):
@@ -206,7 +203,7 @@ def _row(scene, shafts, row, targets, hidden, rtol, most, counts):
         if spent + 4 * 4 * bad.sum() > min(CELLS, most / each):
             bad[:] = False
         total += summed[~bad].sum(axis=0)
-        wrong += difference[~bad].sum(axis=0) / GAIN
+        wrong += difference[~bad].sum(axis=0)
         if not bad.any():
             return total, wrong + ROUNDING
         bad = np.repeat(bad, 4)

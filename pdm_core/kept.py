@@ -14,7 +14,6 @@ MOST = 1.5e9  # bytes kept
 GROUPS = 1500  # of nodes, at most: their matrix stays in the cache
 TRIED = 1.2  # factor of the size of groups, until there are no more
 SOLVED = 0.01  # squared: relative residual of the linear system
-STEPS = 60  # of the solver at most
 FAINT = 1e-6  # of the brightest light by way of groups: below it nothing is told
 LEAST_SHARE, MOST_SHARE = 0.1, 10.0  # of what groups tell: the light itself
 
@@ -168,7 +167,7 @@ class KeptGroups(Kept):
 
         right = times(rho * outer + shining)
         guess = np.where(right.any(axis=0), self.indirect, 0.0)
-        self.indirect = finish(gmres(lambda v: times(rho * v), right, guess, self.tolerance, STEPS))[0]
+        self.indirect = finish(gmres(lambda v: times(rho * v), right, guess, self.tolerance))[0]
         sent = rho * (outer + self.indirect) + shining
         return self.rows @ sent.astype(np.float32)
 

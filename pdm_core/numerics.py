@@ -5,6 +5,8 @@ from functools import cache
 
 import numpy as np
 
+STEPS = 60  # of the solver at most
+
 
 @cache
 def gauss_legendre(points):
@@ -104,7 +106,7 @@ class Rows:
         return out * scale
 
 
-def gmres(apply, right, guess, tolerance, most):
+def gmres(apply, right, guess, tolerance, most=STEPS):
     """Solve x - apply(x) = right for (n, c) at once, each column for itself (Saad and Schultz 1986).
 
     A generator with a sign of life a step; returns x, the steps taken and the greatest relative residual reached.

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from ..checked import SceneError
+from ..checked import SceneError, some_of
 from ..contacts import contacts_of
 from ..deadline import above_target, is_over
 from ..each_surface import OWN
@@ -20,7 +20,6 @@ STEP = 4.0  # each further round aims at most this much lower
 SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 MAX_ROUNDS = 12  # refinements towards one target
 SAMPLES = 128  # points where the residual is measured each round; half of them on the way to the target
-NAMED = 3  # surfaces in a warning
 FULL = "the field is as fine as the memory allows"
 
 
@@ -120,10 +119,9 @@ def warnings_of(solution, memory, target_error):
     if not len(dark):
         return []
     surfaces, own = solution.scene.surfaces, solution.surface_errors
-    named = ", ".join(f"{surfaces[k].name!r} {100 * own[k]:.2g} %" for k in dark[:NAMED])
-    more = f" and {len(dark) - NAMED} more" if len(dark) > NAMED else ""
+    named = some_of([f"{surfaces[k].name!r} {100 * own[k]:.2g} %" for k in dark])
     return [
-        f"Of their own light, dark surfaces are off by more than {OWN:g} times the target ({named}{more}); "
+        f"Of their own light, dark surfaces are off by more than {OWN:g} times the target ({named}); "
         "raise the time limit or lower the target error"
     ]
 

@@ -16,7 +16,6 @@ from .gather import Detail
 from .received import Received
 
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
-MAX_KRYLOV = 60
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 
 
@@ -137,7 +136,7 @@ class SolvedLight:
         rho = self.reflectance[:, which]
         right = t.rows.times(rho * self.lit[:, which] + self.shining[:, which])
         scatter = self.scatter(rho)
-        value, steps, left = yield from gmres(scatter, right, self.indirect[:, which], tolerance, MAX_KRYLOV)
+        value, steps, left = yield from gmres(scatter, right, self.indirect[:, which], tolerance)
         # of the solution's size, which the rooms' gain has made larger than the right side
         self.solver_error = left * np.linalg.norm(right) / max(np.linalg.norm(value), 1e-300)
         self.indirect = value @ channels

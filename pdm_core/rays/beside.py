@@ -44,7 +44,7 @@ class Beside:
         apart = np.linalg.norm(np.cross(self.normal[i], self.normal[j]), axis=1) > ALIKE
         i, j = np.concatenate([i[apart], j[apart]]), np.concatenate([j[apart], i[apart]])
         self.other = j[np.lexsort((j, i))]  # neighbours of each flat shape in turn
-        self.count = np.bincount(i, minlength=len(flat))
+        self.count = np.bincount(i, minlength=len(flat) + 1)  # the last of what is not flat: none
         self.first = np.cumsum(self.count) - self.count
 
     def moved(self, surface, points):
@@ -67,7 +67,7 @@ class Beside:
 
     def _chunks(self, own):
         """Runs (k,) of points, of flat shapes own (n,) or -1, with PAIRS neighbours or of one point."""
-        ends = np.cumsum(np.append(self.count, 0)[own])
+        ends = np.cumsum(self.count[own])
         cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1] if len(ends) else 0, PAIRS), side="right"))
         return [some for some in np.split(np.arange(len(own)), cuts) if len(some)]
 
