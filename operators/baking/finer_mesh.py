@@ -22,8 +22,8 @@ def refine(mesh, times):
     """Replaces each face of `mesh` by times x times."""
     arrays = arrays_of(mesh)
     arrays = arrays.vertices, arrays.corners, arrays.counts
-    spheres = _spheres(*arrays)
-    with _normals_kept(mesh):
+    spheres = spheres_of(*arrays)
+    with normals_kept(mesh):
         work = bmesh.new()
         try:
             work.from_mesh(mesh)
@@ -43,7 +43,7 @@ def finer_size(mesh, times):
     return len(mesh.vertices) + (times**2 - 1) * max(len(mesh.polygons), 1)
 
 
-def _spheres(vertices, corners, counts):
+def spheres_of(vertices, corners, counts):
     """[(vertices (n,), their Grid)] of the UV spheres in a mesh; what is none is refined as flat faces."""
     try:
         shapes = find_shapes(vertices, corners, counts)
@@ -150,7 +150,7 @@ def _fan(face, pole):
 
 
 @contextmanager
-def _normals_kept(mesh):
+def normals_kept(mesh):
     """Custom normals as an attribute meanwhile, which is interpolated as such."""
     if not mesh.has_custom_normals:
         yield
