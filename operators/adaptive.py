@@ -40,6 +40,8 @@ def adaptive_steps(context, report, budget, among=None, copies=False, enough=lam
     wanted = (settings.target_error / SPARE) ** 2
     allowed = np.sqrt(max(wanted - max(rest, 0.0), wanted / 4)) * solution.norm
     meshes = _bent(targets)
+    budget -= sum(entry["vertices"] for entry in report["objects"] if entry["baked"])
+    budget += sum(mesh.parts.size for mesh in meshes)
     steps = bend_steps(Field(solution, settings.quantity), meshes, allowed, budget)
     _, is_reached = yield from mapped(steps, lambda done: Stage("Looking where the light bends", done, solution.error))
     chosen = {t.object: mesh for t, mesh in zip(targets, meshes, strict=True) if mesh.parts.cuts}

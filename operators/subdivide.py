@@ -6,11 +6,14 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty
 from bpy.types import Operator
 
 from .adaptive import adaptive_steps
+from .baking.adaptive_mesh import halve_all
 from .baking.bake import Stage
 from .baking.colour_attribute import BakeError
 from .baking.finer_mesh import finer_size, refine
 from .baking.report import counted
+from .baking.round_places import round_places
 from .modal_steps import KEEP, Steps, current
+from .reading.mesh_arrays import arrays_of
 from .settings import SETTING_NAMES
 from .subdivide_meshes import all_or_none, problem_of, too_coarse
 
@@ -87,7 +90,15 @@ def subdivide_by_report(context, report, budget=BUDGET, among=None, copies=False
 
 def subdivide(times, copies=False):
     """{object: N} -> vertices added. All or none."""
-    return all_or_none(times, lambda obj, n: refine(obj.data, n), copies)
+    return all_or_none(times, lambda obj, n: _finer(obj.data, n), copies)
+
+
+def _finer(mesh, times):
+    arrays = arrays_of(mesh)
+    if any(not sphere.is_even for sphere in round_places(arrays)):  # has no rings any more, but its triangles
+        halve_all(mesh, arrays, times)
+    else:
+        refine(mesh, times)
 
 
 def subdivide_steps(context, way, budget=BUDGET, among=None, copies=False, enough=lambda: False):

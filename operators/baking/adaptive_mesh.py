@@ -3,13 +3,16 @@
 Faces that stay whole are put together again.
 """
 
+import math
 from contextlib import contextmanager
 from dataclasses import dataclass
 
 import bmesh
 import numpy as np
 
+from .bisect import Bisected
 from .finer_mesh import normals_kept
+from .round_places import round_places
 
 FACE, CORNER = "pdm face", "pdm corner"  # layers that tell where triangles came from, counted from 1
 QUADS, REST = "SHORT_EDGE", "BEAUTY"  # how faces are triangulated
@@ -98,6 +101,17 @@ def cut(mesh, places, cuts):
         work.loops.layers.int.remove(work.loops.layers.int[CORNER])
         work.to_mesh(mesh)
     mesh.update()
+
+
+def halve_all(mesh, arrays, times):
+    """Cuts every edge of a Mesh, of Arrays, into at least `times` parts; uneven spheres stay on their sphere."""
+    faces, places = triangulated(mesh), Places(arrays.vertices.astype(float), round_places(arrays))
+    none = np.zeros(0, np.int64)
+    parts = Bisected.make(places.at, faces.vertices, {}, none, np.zeros((0, 3)))
+    for _ in range(math.ceil(math.log2(times))):
+        parts.bisect(np.ones(len(parts.corner), bool))
+        places.extend(parts.cuts[-1].edges)
+    cut(mesh, places, parts.cuts)
 
 
 def _halve(faces, number, first, middle, opposite):

@@ -153,7 +153,7 @@ def _halve_worst(meshes, squares, allowed, budget):
         wanted = np.zeros(len(square), bool)
         wanted[order[:count]] = True
         each = np.split(wanted, cuts)
-        if sum(mesh.parts.new_vertices(own) for mesh, own in zip(meshes, each, strict=True)) <= room:
+        if sum(mesh.parts.edges_of(own)[1].sum() for mesh, own in zip(meshes, each, strict=True)) <= room:
             for mesh, own in zip(meshes, each, strict=True):
                 mesh.halve(own)
             return True

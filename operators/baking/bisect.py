@@ -60,12 +60,9 @@ class Bisected:
         """As MeshArrays, without vertices' places."""
         return MeshArrays.make(np.zeros((self.size, 3)), self.corner.ravel(), np.full(len(self.corner), 3))
 
-    def new_vertices(self, wanted):
-        """How many bisect(wanted) makes, at least."""
-        return len(np.unique(self.arrays.edge[np.repeat(wanted, 3)]))
-
-    def bisect(self, wanted):
-        """Cuts all edges of the triangles wanted (t,) bool, and what else has to be."""
+    def edges_of(self, wanted):
+        """edge (t, 3): number of each triangle's edges; cut (e,): those of triangles wanted (t,) bool, and of what
+        else has to be cut then."""
         edge = self.arrays.edge.reshape(-1, 3)
         cut = np.zeros(edge.max(initial=-1) + 1, bool)
         cut[edge[wanted]] = True
@@ -74,6 +71,11 @@ class Bisected:
             if not also.any():
                 break
             cut[edge[also, 0]] = True
+        return edge, cut
+
+    def bisect(self, wanted):
+        """Cuts all edges of the triangles wanted (t,) bool, and what else has to be."""
+        edge, cut = self.edges_of(wanted)
         number = np.where(cut, self.size + np.cumsum(cut) - 1, -1)
         ends = np.empty((len(cut), 2), np.int64)
         ends[edge.ravel()] = np.stack([self.corner, np.roll(self.corner, -1, axis=1)], axis=-1).reshape(-1, 2)

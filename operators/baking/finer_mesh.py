@@ -10,9 +10,7 @@ import bmesh
 import numpy as np
 
 from ..reading.mesh_arrays import arrays_of
-from ..reading.mesh_shapes import find_shapes
-from ..reading.mesh_spheres import SphereShape, find_sphere
-from ..reading.mesh_topology import MeshArrays, NotRecognised
+from .round_places import spheres_of
 
 NORMAL = "pdm normal"  # attribute that carries custom normals over
 RING = "pdm ring"  # vertex layer: the ring of a sphere's vertex, counted from the north pole, between rings a fraction
@@ -41,22 +39,6 @@ def refine(mesh, times):
 def finer_size(mesh, times):
     """About how many vertices refine() leaves."""
     return len(mesh.vertices) + (times**2 - 1) * max(len(mesh.polygons), 1)
-
-
-def spheres_of(vertices, corners, counts):
-    """[(vertices (n,), their Grid)] of the UV spheres in a mesh; what is none is refined as flat faces."""
-    try:
-        shapes = find_shapes(vertices, corners, counts)
-    except NotRecognised:
-        return []
-    mesh, found = MeshArrays.make(vertices, corners, counts), []
-    for number, shape in enumerate(shapes.shapes):
-        if isinstance(shape, SphereShape):
-            own, grids = shapes.corner_shape[np.cumsum(counts) - counts] == number, {}
-            find_sphere(mesh.part(own), grids)
-            (grid,) = grids.values()
-            found.append((np.unique(corners[np.repeat(own, counts)]), grid))
-    return found
 
 
 # An operator of bmesh leaves no Python reference to an element valid, but every vertex keeps its index.

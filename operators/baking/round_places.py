@@ -1,10 +1,12 @@
-"""Where new vertices on UV spheres are put: on the sphere, half way along its rings and meridians."""
+"""Where new vertices on UV spheres are put: on the sphere, half way along its rings and meridians. No bpy."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from .finer_mesh import spheres_of
+from ..reading.mesh_shapes import find_shapes
+from ..reading.mesh_spheres import SphereShape, find_sphere
+from ..reading.mesh_topology import MeshArrays, NotRecognised
 
 
 @dataclass(eq=False)
@@ -18,6 +20,7 @@ class RoundPlaces:
     turn: np.ndarray
     linear: np.ndarray
     origin: np.ndarray
+    is_even: bool
 
     @classmethod
     def make(cls, vertices, own, grid):
@@ -26,7 +29,7 @@ class RoundPlaces:
         ring[own], turn[own] = grid.k, grid.j
         turn[own[[grid.north, grid.south]]] = np.nan
         solution = grid.least_squares @ vertices[own]
-        return cls(grid.rings, grid.segments, ring, turn, solution[:3], solution[3])
+        return cls(grid.rings, grid.segments, ring, turn, solution[:3], solution[3], grid.is_even)
 
     def has(self, vertices):
         """(k,) bool, of vertices (k,)."""
@@ -58,3 +61,19 @@ def round_places(arrays):
     vertices = arrays.vertices.astype(float)
     found = spheres_of(arrays.vertices, arrays.corners, arrays.counts)
     return [RoundPlaces.make(vertices, own, grid) for own, grid in found]
+
+
+def spheres_of(vertices, corners, counts):
+    """[(vertices (n,), their Grid)] of the UV spheres in a mesh; what is none is refined as flat faces."""
+    try:
+        shapes = find_shapes(vertices, corners, counts)
+    except NotRecognised:
+        return []
+    mesh, found = MeshArrays.make(vertices, corners, counts), []
+    for number, shape in enumerate(shapes.shapes):
+        if isinstance(shape, SphereShape):
+            own, grids = shapes.corner_shape[np.cumsum(counts) - counts] == number, {}
+            find_sphere(mesh.part(own), grids)
+            (grid,) = grids.values()
+            found.append((np.unique(corners[np.repeat(own, counts)]), grid))
+    return found
