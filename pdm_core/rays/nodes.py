@@ -12,9 +12,11 @@ import numpy as np
 
 from ..mesh import Mesh
 from ..polygon import Polygon
+from ..read_off import runs_of
 from ..scene import Sphere, square_lattice
 from .bundles import ball_place
 from .placed import Placed
+from .split import Split
 
 FINEST = 256  # cells along an axis
 USUAL = 3000  # cells to begin with, where there are fewer shapes
@@ -44,6 +46,9 @@ class Nodes:
         self.size = np.sqrt(area / USUAL)  # m, of a cell
         self.cells = self._first_cells() if cells is None else cells
         self.merged = np.full(len(scene), MERGED * self.size) if merged is None else merged
+        self.least = (
+            np.array([2 * s.shape.bounds[1] if m else 0.0 for s, m in zip(scene.surfaces, self.is_mesh)]) / FINEST
+        )
         self.grid = self.cells.prod(axis=1)
         self.grid_first = np.cumsum(self.grid) - self.grid
         self._lay_out()
@@ -121,28 +126,26 @@ class Nodes:
         return origin[own][:, None] + np.einsum("nij,nkj->nki", linear[own], local)
 
     def _merge(self):
-        """Groups of each mesh's corners: corner (m facets, 3), which of its surface's nodes a facet's corners are."""
-        scene, facets = self.facets.scene, self.facets
-        self.corner = np.zeros((facets.count, 3), np.int32)
-        self.mesh_number, self.unmerged = np.zeros(len(scene), int), np.zeros(len(scene))
-        done = {}
+        """Groups of each mesh's corners: split {shape: Split} and corner {shape: (T, 3)}, which of its surface's nodes
+        the corners of its parts are."""
+        scene = self.facets.scene
+        self.split, self.corner, self.unmerged = {}, {}, np.zeros(len(scene))
+        self.mesh_number, distinct = np.zeros(len(scene), int), {}
         for k in np.flatnonzero(self.is_mesh & self.sends):
             shape, key = scene.surfaces[k].shape, scene.shape_of[k]
-            if key not in done:
-                group = merged_corners(shape, self.merged[k])
-                start = facets.first[key]
-                self.corner[start : start + len(shape.triangles)] = group
-                done[key] = group.max() + 1, len(np.unique(shape.triangles.ravel() * SIDES + _side(shape)))
-            self.mesh_number[k], self.unmerged[k] = done[key][0], done[key][0] / done[key][1]
+            if key not in self.split:
+                self.split[key] = Split(shape, self.merged[k])
+                self.corner[key], distinct[key] = merged_corners(shape, self.split[key], self.merged[k])
+            self.mesh_number[k] = self.corner[key].max() + 1
+            self.unmerged[k] = self.mesh_number[k] / distinct[key]
 
     def _on_mesh(self, k):
         """Points, normals (g, j, 3), triangles (g, j) and areas (g,) of the groups of a mesh's corners: each corner
         stands for a third of its triangle, at the middle of that third."""
         scene = self.facets.scene
-        shape, start = scene.surfaces[k].shape, self.facets.first[scene.shape_of[k]]
-        group = self.corner[start : start + len(shape.triangles)].ravel()
-        area = np.repeat(shape.areas / 3, 3)
-        corners = shape.vertices[shape.triangles]
+        split, group = self.split[scene.shape_of[k]], self.corner[scene.shape_of[k]].ravel()
+        area = np.repeat(split.areas / 3, 3)
+        corners = split.points
         points = (corners / 2 + corners.mean(axis=1, keepdims=True) / 2).reshape(-1, 3)
         weight = np.bincount(group, area)
         # of each group places by equal parts of its area
@@ -154,8 +157,8 @@ class Nodes:
         last = np.append(begin[1:], len(order)) - 1
         pick = np.clip(np.searchsorted(cumulated, want), begin[:, None], last[:, None])
         pick = order[pick[:, np.argsort(square_lattice(PLACES)[:, 0])]]  # in an order that the first few are spread
-        normals = scene.surfaces[k].sign * shape.corner_normals.reshape(-1, 3)
-        return points[pick], normals[pick], pick // 3, weight
+        normals = scene.surfaces[k].sign * split.normals.reshape(-1, 3)
+        return points[pick], normals[pick], split.triangle[pick // 3], weight
 
     def of(self, scene):
         """The same nodes on the same shapes of another scene."""
@@ -193,12 +196,21 @@ class Nodes:
         node, weight = np.zeros((len(facet), 4), np.int32), np.zeros((len(facet), 4), np.float32)
         mesh = np.flatnonzero(carries & self.is_mesh[own])
         if len(mesh):
-            s, t = at[mesh].T
-            node[mesh, :3] = self.first[own[mesh], None] + self.corner[facet[mesh]]
-            weight[mesh, :3] = np.stack([1 - s - t, s, t], axis=1)
+            node[mesh, :3], weight[mesh, :3] = self.on_meshes(own[mesh], facet[mesh], at[mesh])
         flat = np.flatnonzero(carries & ~self.is_mesh[own])
         if len(flat):
             node[flat], weight[flat] = self.on_lattice(own[flat], self._chart_at(facet[flat], at[flat]))
+        return node, weight
+
+    def on_meshes(self, own, facet, at):
+        """Nodes and weights (h, 3) of surfaces (h,) at places (h, 2) of their facets (h,)."""
+        node, weight = np.empty((len(own), 3), np.int32), np.empty((len(own), 3), np.float32)
+        for k, mine in runs_of(own):
+            key = self.facets.scene.shape_of[k]
+            part, inner = self.split[key].find(facet[mine] - self.facets.first[key], at[mine])
+            s, t = inner.T
+            node[mine] = self.first[k] + self.corner[key].take(part, axis=0)
+            weight[mine] = np.stack([1 - s - t, s, t], axis=1)
         return node, weight
 
     def _chart_at(self, facet, at):
@@ -254,17 +266,17 @@ class Nodes:
     def _mesh_surplus(self, k, value):
         """How far values vary over the faces of a mesh, in L2."""
         scene = self.facets.scene
-        shape, start = scene.surfaces[k].shape, self.facets.first[scene.shape_of[k]]
-        v = value[self.first[k] + self.corner[start : start + len(shape.triangles)]]
+        key = scene.shape_of[k]
+        v = value[self.first[k] + self.corner[key]]
         spread = ((v - v.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1)
         # between merged vertices it may jump so far; between the mesh's own it bends a little
         jumps = np.clip(2 * (1 - self.unmerged[k]), BENT, 1.0)
-        return float(jumps * np.sqrt((spread * shape.areas).sum()))
+        return float(jumps * np.sqrt((spread * self.split[key].areas).sum()))
 
     @property
     def is_finest(self):
-        """(n surfaces,) of meshes: whether all but all of their vertices stand for themselves."""
-        return self.unmerged > WHOLE
+        """(n surfaces,) of meshes: whether all but all vertices stand for themselves and faces are cut finely."""
+        return (self.unmerged > WHOLE) & (self.merged <= self.least)
 
     def refined(self, along):
         """along (n surfaces, 2) bool: axes of charts whose cells are halved -> Nodes, and old (n,) in it: which node of
@@ -321,19 +333,25 @@ def _nearest_kept(own, corner, kept, first):
     return number
 
 
-def merged_corners(mesh, size):
-    """(t, 3) group of each corner of a mesh's triangles: those in one cell of that size, m, whose normals look much the
-    same way are one."""
-    corner_vertex = mesh.triangles.ravel()
-    points = mesh.vertices[corner_vertex]
+def merged_corners(mesh, split, size):
+    """(T, 3) group of each corner of the parts of a mesh's triangles, and how many corners are different. Those of
+    triangles that are not cut are one where they are in one cell of that size, m, and their normals look much the same
+    way."""
+    whole = np.repeat(~split.is_cut[split.triangle], 3)
+    points = split.points.reshape(-1, 3)
     cell = np.floor((points - points.min(axis=0)) / max(size, 1e-300)).astype(np.int64)
     cell = np.minimum(cell, 1 << 15)
-    key = ((cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]) * SIDES + _side(mesh)
-    return np.unique(key, return_inverse=True)[1].reshape(-1, 3).astype(np.int32)
+    side = _side(split.normals.reshape(-1, 3))
+    key = (((cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]) * SIDES + side).astype(np.uint64)
+    vertex = mesh.triangles[split.triangle[whole.reshape(-1, 3)[:, 0]]].ravel()
+    distinct = len(np.unique(vertex * SIDES + side[whole]))
+    if not whole.all():
+        key[~whole] = split.names(mesh.bounds[1])[~whole]
+        distinct += len(np.unique(key[~whole]))
+    return np.unique(key, return_inverse=True)[1].reshape(-1, 3).astype(np.int32), distinct
 
 
-def _side(mesh):
-    """(3 t,) which of SIDES the normal of each corner of a mesh's triangles looks to."""
-    normals = mesh.corner_normals.reshape(-1, 3)
+def _side(normals):
+    """(c,) which of SIDES normals (c, 3) look to."""
     axis = np.argmax(np.abs(normals), axis=1)
     return axis * 2 + (normals[np.arange(len(normals)), axis] > 0)

@@ -2,9 +2,9 @@
 
     PYTHON_WITH_BPY tests/benchmarks/subdivision.py [OUTPUT.json]
 
-Error between vertices: relative L2 of all light, as the report tells it, at random
-points that neither way has seen. `uniform` N: each face of the floor as N x N, up to the first that is enough; `asked`:
-what Uniform takes by itself from the report. Wall seconds of subdividing, the solving in them where it solves again.
+Error between vertices: relative L2 of all light, as the report tells it, at random points that neither way has seen.
+`uniform` N: each face of the floor as N x N, up to the first that is enough for 1 %; `asked`: what Uniform takes by
+itself from the report. Wall seconds of subdividing, the solving in them where it solves again.
 """
 
 import sys
@@ -18,8 +18,8 @@ import rooms as demo  # noqa: E402
 from lights import extension  # noqa: E402
 
 TARGETS = 0.02, 0.01, 0.005
-SOLVED = 0.005  # the bake's own target: what is between vertices is told apart from it
-PARTS = 4, 8, 12, 16, 20, 24, 32, 40, 48, 64, 96, 128
+SOLVED = 0.01  # the bake's own target: what is between vertices is told apart from it
+PARTS = 8, 16, 20, 24, 28, 32, 36, 40, 48
 
 
 def floor():
@@ -72,7 +72,7 @@ def main(output=ROOT / "docs" / "benchmarks" / "subdivision.json"):
         }
         print(row, flush=True)
         rows.append(row)
-    uniform = least(min(TARGETS))
+    uniform = least(0.01)
     sys.modules["pdm_extension"].unregister()
     save(output, {"machine": machine(), "blender": bpy.app.version_string, "floor": rows, "uniform": uniform})
     for row in uniform:
