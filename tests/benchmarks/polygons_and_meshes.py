@@ -24,7 +24,7 @@ from pdm_core.rays.solution import ray_steps
 from pdm_core.signs_of_life import finish
 
 PATIENCE = 60.0  # s at most, of a run
-TARGET, TIGHTER = 0.01, 4.0
+TARGET, TIGHTER = 0.02, 4.0
 FACES = 1000, 3162, 10_000, 31_623, 100_000
 READ = 5000  # vertices
 ROOM = np.array([5.0, 4.0, 2.8])
