@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pdm_core import Sphere
+from pdm_core import Mesh, Polygon, Sphere
 
 BOUNCES = 200
 SURVIVE = 0.95  # of Russian roulette, at most
@@ -20,6 +20,12 @@ class Tracer:
         """Rays x + t d (n, 3) -> surface hit (n,), -1 for none, -2 for a side without a surface; point (n, 3)."""
         nearest, which, front = np.full(len(x), np.inf), np.full(len(x), -1), np.zeros(len(x), bool)
         for k, shape in enumerate(self.scene.shapes):
+            if isinstance(shape, Mesh | Polygon):
+                t, outside = self._on_triangles(k, x, d)
+                closer = t < nearest
+                nearest, which = np.where(closer, t, nearest), np.where(closer, k, which)
+                front = np.where(closer, outside, front)
+                continue
             p, e = (x - shape.origin) @ shape.inverse.T, d @ shape.inverse.T
             if isinstance(shape, Sphere):
                 a, b, c = (e * e).sum(1), (p * e).sum(1), (p * p).sum(1) - 1
@@ -40,6 +46,23 @@ class Tracer:
         found = np.where(which >= 0, self.surface[which, (~front).astype(int)], -2)
         surface = np.where(which < 0, -1, np.where(found >= 0, found, -2))
         return surface, x + np.where(np.isfinite(nearest), nearest, 0.0)[:, None] * d
+
+    def _on_triangles(self, k, x, d):
+        """Distance (n,) to a polygon or mesh, inf where none is, and whether its front is met; Moeller and Trumbore."""
+        shape = self.scene.shapes[k]
+        corners = shape.triangles if isinstance(shape, Polygon) else shape.vertices[shape.triangles]
+        o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        nearest, outside = np.full(len(x), np.inf), np.zeros(len(x), bool)
+        for a, b, c in zip(o, u, v, strict=True):
+            across = np.cross(d, c)
+            det = across @ b
+            with np.errstate(divide="ignore", invalid="ignore"):
+                s = ((x - a) * across).sum(1) / det
+                other = np.cross(x - a, b)
+                t, far = (d * other).sum(1) / det, other @ c / det
+            met = (s >= 0) & (t >= 0) & (s + t <= 1) & (far > 0) & (far < nearest)
+            nearest, outside = np.where(met, far, nearest), np.where(met, det > 0, outside)
+        return nearest, outside
 
     def from_lamps(self, x, n, rng):
         """Irradiance / pi (n, 3) at points off their surface, by one point on each shining surface."""
@@ -97,7 +120,10 @@ def places(scene, count, rng):
     number = np.maximum((count * scene.areas / scene.areas.sum()).round().astype(int), 4)
     points, normals = [], []
     for s, many in zip(scene.surfaces, number):
-        if isinstance(s.shape, Sphere):
+        if isinstance(s.shape, Mesh | Polygon):
+            spread = s.shape.spread(8 * many)
+            p = spread[rng.choice(len(spread), many, replace=False)]
+        elif isinstance(s.shape, Sphere):
             local = rng.normal(size=(many, 3))
             p = s.shape.world(local / np.linalg.norm(local, axis=1, keepdims=True))
         else:
