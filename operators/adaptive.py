@@ -43,7 +43,9 @@ def adaptive_steps(context, report, budget, among=None, copies=False, enough=lam
     budget -= sum(entry["vertices"] for entry in report["objects"] if entry["baked"])
     budget += sum(mesh.parts.size for mesh in meshes)
     steps = bend_steps(Field(solution, settings.quantity), meshes, allowed, budget)
-    _, is_reached = yield from mapped(steps, lambda done: Stage("Looking where the light bends", done, solution.error))
+    _, is_reached = yield from mapped(
+        steps, lambda done: Stage("Evaluating where the light bends", done, solution.error)
+    )
     chosen = {t.object: mesh for t, mesh in zip(targets, meshes, strict=True) if mesh.parts.cuts}
     added = all_or_none(chosen, lambda obj, mesh: cut(obj.data, mesh.places, mesh.parts.cuts), copies)
     return len(chosen), added, is_reached

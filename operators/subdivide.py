@@ -160,6 +160,8 @@ class PDM_OT_subdivide(Steps, Operator):
         selected = [obj for obj in context.selected_objects if obj.type == "MESH"]
         if self.times:
             return self.parts_steps(context, selected)
+        report = context.scene.pdm_radiosity.report()
+        self.target = report["settings"]["target_error"] if report else 0.0
         among = {obj.name for obj in selected} if self.objects == "SELECTED" else None
         enough = lambda: self.in_window and current.wish == KEEP  # noqa: E731
         return subdivide_steps(context, self.method, self.budget, among, self.copies, enough)
