@@ -24,7 +24,7 @@ from .reporting.convergence import ConvergenceSettings, convergence_steps
 from .reporting.convergence_page import text_rows
 from .reporting.render_image import render_image
 from .settings import SETTING_NAMES, BakeProperties
-from .subdivide import BUDGET, subdivide_by_report
+from .subdivide import BUDGET, WAYS, subdivide_steps
 
 DONE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 PNG_END = b"IEND\xaeB`\x82"
@@ -103,7 +103,9 @@ def _words(options):
             words += [option, *value] if value else []
         elif name != "objects":
             words.append(f"{option}={value}")
-    return words + ([f"--subdivide={options.subdivide}"] if options.subdivide else [])
+    if options.subdivide:
+        words += [f"--subdivide={options.subdivide}", f"--subdivide-method={options.subdivide_method}"]
+    return words
 
 
 def _bake(options):
@@ -112,7 +114,8 @@ def _bake(options):
     with object_mode(context):
         report = finish(bake_steps(context, settings), _Progress())
         for _ in range(SUBDIVISIONS if options.subdivide else 0):
-            count, added, full = subdivide_by_report(context, options.subdivide)
+            steps = subdivide_steps(context, options.subdivide_method, options.subdivide)
+            count, added, full = finish(steps, _Progress())
             if not count:
                 break
             print(f"pdm: {counted(count, 'mesh', 'meshes')} subdivided, {added:,} vertices more", file=sys.stderr)
@@ -262,6 +265,10 @@ def _parser():
     bake.add_argument(
         "--subdivide", type=_whole_number(1), nargs="?", const=BUDGET, metavar="MOST",
         help=f"subdivide meshes that are too coarse for the target, up to MOST vertices in all, default {BUDGET}",
+    )  # fmt: skip
+    bake.add_argument(
+        "--subdivide-method", type=str.upper, choices=[way[0] for way in WAYS], default=WAYS[0][0],
+        help=f"with --subdivide: where the vertices go, default {WAYS[0][0]}",
     )  # fmt: skip
     bake.add_argument(
         "--files", nargs="+", type=_ending(".blend"), metavar="FILE.blend",

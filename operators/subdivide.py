@@ -1,21 +1,30 @@
 """`bpy.ops.pdm.subdivide`: gives meshes the vertices that the bake's colours need, as the last report says."""
 
-import bmesh
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 from bpy.types import Operator
 
+from .adaptive import adaptive_steps
+from .baking.adaptive_mesh import halve_all
+from .baking.bake import Stage
 from .baking.colour_attribute import BakeError
 from .baking.finer_mesh import finer_size, refine
 from .baking.report import counted
-from .modal_steps import Idle
+from .baking.round_places import round_places
+from .modal_steps import KEEP, Steps, current
+from .reading.mesh_arrays import arrays_of
 from .settings import SETTING_NAMES
+from .subdivide_meshes import all_or_none, problem_of, too_coarse
 
 MOST_TIMES = 256  # parts of an edge at once
 STEPS = 40  # numbers of parts that are thought of, up to that
 SPARE = 1.25  # times the error is taken for larger: few points are looked at
 BUDGET = 200_000  # vertices
+WAYS = [
+    ("ADAPTIVE", "Adaptive", "Where the light bends, at edges of shadows most: the fewest vertices, in triangles"),
+    ("UNIFORM", "Uniform", "Evenly, each face as a grid of quads: many more vertices, for meshes to work on further"),
+]
 
 
 def needed(curves, faces, target):
@@ -53,15 +62,10 @@ def _ladder(curve):
     return found, np.where(found > parts[-1], errors[-1] * (parts[-1] / found) ** 2, inside) ** 2
 
 
-def too_coarse(report):
-    """Whether the colours between the vertices are off by more than the target."""
-    return (report["between_vertices"] or 0.0) > report["settings"]["target_error"]
-
-
 def times_by_report(scene, report, budget):
     """({object name: N}, within the budget) for the objects of the last bake, N whole and above 1."""
     entries = [entry for entry in report["objects"] if entry["baked"] and entry["between"]]
-    entries = [entry for entry in entries if _problem(scene.objects.get(entry["name"])) is None]
+    entries = [entry for entry in entries if problem_of(scene.objects.get(entry["name"])) is None]
     if not entries or not too_coarse(report):
         return {}, True
     meshes = [scene.objects[entry["name"]].data for entry in entries]
@@ -74,63 +78,48 @@ def times_by_report(scene, report, budget):
     return {entry["name"]: int(n) for entry, n in zip(entries, times, strict=True) if n > 1}, full
 
 
-def _problem(obj):
-    """Why the mesh of `obj` cannot be subdivided, going on after its name, or None."""
-    if obj is None or obj.type != "MESH":
-        return "is gone; bake again"
-    if obj.mode != "OBJECT":
-        return f"is in {obj.mode.title()} Mode; switch to Object Mode first"
-    if not obj.data.is_editable:
-        return "is linked from a library; make it local"
-    if obj.data.users - obj.data.use_fake_user > 1:
-        return "shares its mesh with other users; make it a single-user copy"
-    if obj.data.shape_keys:
-        return "has shape keys; apply or remove them"
-    if not len(obj.data.polygons):
-        return "has no faces"
-    return None
+def subdivide_by_report(context, report, budget=BUDGET, among=None, copies=False):
+    """Makes faces N x N where the last report calls a mesh too coarse -> (objects, vertices added, within the budget).
+
+    among: names of the only objects to change, or None.
+    """
+    times, full = times_by_report(context.scene, report, budget)
+    chosen = {name: n for name, n in times.items() if among is None or name in among}
+    return len(chosen), subdivide({context.scene.objects[name]: n for name, n in chosen.items()}, copies), full
 
 
-def subdivide_by_report(context, budget=BUDGET, among=None):
-    """Subdivides what the last report calls too coarse -> (objects, vertices added, within the budget).
+def subdivide(times, copies=False):
+    """{object: N} -> vertices added. All or none."""
+    return all_or_none(times, lambda obj, n: _finer(obj.data, n), copies)
 
-    among: names of the only objects to change, or None. Where one fails, those before it are as they were.
+
+def _finer(mesh, times):
+    arrays = arrays_of(mesh)
+    if any(not sphere.is_even for sphere in round_places(arrays)):  # has no rings any more, but its triangles
+        halve_all(mesh, arrays, times)
+    else:
+        refine(mesh, times)
+
+
+def subdivide_steps(context, way, budget=BUDGET, among=None, copies=False, enough=lambda: False):
+    """Generator of Stages: gives meshes the vertices that the last report asks for, `way` ADAPTIVE or UNIFORM ->
+    (objects, vertices added, whether that is enough).
+
+    among: names of the only objects to change, or None.
     """
     report = context.scene.pdm_radiosity.report()
     if report is None:
         raise BakeError("Bake first: the report tells which meshes are too coarse")
-    times, full = times_by_report(context.scene, report, budget)
-    chosen = {name: n for name, n in times.items() if among is None or name in among}
-    return len(chosen), subdivide({context.scene.objects[name]: n for name, n in chosen.items()}), full
+    if way == "UNIFORM":
+        return subdivide_by_report(context, report, budget, among, copies)
+    return (yield from adaptive_steps(context, report, budget, among, copies, enough))
 
 
-def subdivide(times):
-    """{object: N} -> vertices added. All or none."""
-    done = []
-    try:
-        for obj, n in times.items():
-            if problem := _problem(obj):
-                raise BakeError(f"Object {obj.name!r} {problem}")
-            done.append((obj.data, obj.data.copy()))
-            refine(obj.data, n)
-        return sum(len(mesh.vertices) - len(before.vertices) for mesh, before in done)
-    except Exception:
-        for mesh, before in done:
-            _become(mesh, before)
-        raise
-    finally:
-        bpy.data.batch_remove([before for _, before in done])
+def why_not(budget):
+    return f"{budget:,} vertices are too few, or the light's own error is as large"
 
 
-def _become(mesh, other):
-    """All that is on the faces and vertices of another mesh."""
-    work = bmesh.new()
-    work.from_mesh(other)
-    work.to_mesh(mesh)
-    work.free()
-
-
-class PDM_OT_subdivide(Idle, Operator):
+class PDM_OT_subdivide(Steps, Operator):
     """Give the meshes that are too coarse for the baked light the vertices they need. Shapes, UVs, materials and
     attributes stay as they are"""
 
@@ -138,8 +127,9 @@ class PDM_OT_subdivide(Idle, Operator):
     bl_label = "Subdivide for the Bake"
     bl_options = {"REGISTER", "UNDO"}
 
+    method: EnumProperty(name="Method", description="Where the new vertices go", items=WAYS, default=WAYS[0][0])
     times: IntProperty(
-        name="Parts", description="Each face becomes this many by this many; 0: as many as the last report asks for",
+        name="Parts", description="Each face becomes this many by this many; 0: what the last report asks for",
         default=0, min=0, max=MOST_TIMES, soft_max=32,
     )  # fmt: skip
     budget: IntProperty(
@@ -155,37 +145,28 @@ class PDM_OT_subdivide(Idle, Operator):
         ],
         default="ALL",
     )
+    copies: BoolProperty(
+        name="On Copies", default=False,
+        description="Leave the objects as they are, hidden, and put subdivided copies in their places",
+    )  # fmt: skip
     rebake: BoolProperty(
         name="Bake Again", description="In a window: start the bake with the sidebar's settings afterwards",
         default=False, options={"SKIP_SAVE"},
     )  # fmt: skip
 
-    def execute(self, context):
-        try:
-            count, added, full = self.work(context)
-        except BakeError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        if not count:
-            self.report({"INFO"}, "No mesh is too coarse for the target of the last bake")
-            return {"CANCELLED"}
-        if not full:
-            self.report({"WARNING"}, f"{self.budget:,} vertices are too few for the target: the error stays above it")
-        self.report({"INFO"}, f"{counted(count, 'mesh', 'meshes')} subdivided, {added:,} vertices more")
-        return {"FINISHED"}
+    can_keep = True
 
-    def invoke(self, context, event):
-        done = self.execute(context)
-        if self.rebake and done == {"FINISHED"}:
-            settings = context.scene.pdm_radiosity
-            bpy.ops.pdm.bake("INVOKE_DEFAULT", **{name: getattr(settings, name) for name in SETTING_NAMES})
-        return done
-
-    def work(self, context):
+    def make_steps(self, context):
         selected = [obj for obj in context.selected_objects if obj.type == "MESH"]
-        if not self.times:
-            among = {obj.name for obj in selected} if self.objects == "SELECTED" else None
-            return subdivide_by_report(context, self.budget, among)
+        if self.times:
+            return self.parts_steps(context, selected)
+        report = context.scene.pdm_radiosity.report()
+        self.target = report["settings"]["target_error"] if report else 0.0
+        among = {obj.name for obj in selected} if self.objects == "SELECTED" else None
+        enough = lambda: self.in_window and current.wish == KEEP  # noqa: E731
+        return subdivide_steps(context, self.method, self.budget, among, self.copies, enough)
+
+    def parts_steps(self, context, selected):
         if self.objects != "SELECTED":
             report = context.scene.pdm_radiosity.report() or {"objects": []}
             selected = [context.scene.objects.get(entry["name"]) for entry in report["objects"] if entry["baked"]]
@@ -193,4 +174,18 @@ class PDM_OT_subdivide(Idle, Operator):
         total = sum(finer_size(obj.data, self.times) for obj in times)
         if total > self.budget:
             raise BakeError(f"That would be {total:,} vertices, and {self.budget:,} are allowed; use fewer parts")
-        return len(times), subdivide(times), True
+        yield Stage("Subdividing", 0.0, np.inf)
+        return len(times), subdivide(times, self.copies), True
+
+    def done(self, context, result):
+        count, added, is_reached = result
+        if not count:
+            self.report({"INFO"}, "No mesh is too coarse for the target of the last bake")
+            return {"CANCELLED"}
+        if not is_reached:
+            self.report({"WARNING"}, f"The error between vertices stays above the target: {why_not(self.budget)}")
+        self.report({"INFO"}, f"{counted(count, 'mesh', 'meshes')} subdivided, {added:,} vertices more")
+        if self.in_window and self.rebake:
+            settings = context.scene.pdm_radiosity
+            bpy.ops.pdm.bake("INVOKE_DEFAULT", **{name: getattr(settings, name) for name in SETTING_NAMES})
+        return {"FINISHED"}

@@ -10,9 +10,7 @@ import bmesh
 import numpy as np
 
 from ..reading.mesh_arrays import arrays_of
-from ..reading.mesh_shapes import find_shapes
-from ..reading.mesh_spheres import SphereShape, find_sphere
-from ..reading.mesh_topology import MeshArrays, NotRecognised
+from .round_places import spheres_of
 
 NORMAL = "pdm normal"  # attribute that carries custom normals over
 RING = "pdm ring"  # vertex layer: the ring of a sphere's vertex, counted from the north pole, between rings a fraction
@@ -22,8 +20,8 @@ def refine(mesh, times):
     """Replaces each face of `mesh` by times x times."""
     arrays = arrays_of(mesh)
     arrays = arrays.vertices, arrays.corners, arrays.counts
-    spheres = _spheres(*arrays)
-    with _normals_kept(mesh):
+    spheres = spheres_of(*arrays)
+    with normals_kept(mesh):
         work = bmesh.new()
         try:
             work.from_mesh(mesh)
@@ -41,22 +39,6 @@ def refine(mesh, times):
 def finer_size(mesh, times):
     """About how many vertices refine() leaves."""
     return len(mesh.vertices) + (times**2 - 1) * max(len(mesh.polygons), 1)
-
-
-def _spheres(vertices, corners, counts):
-    """[(vertices (n,), their Grid)] of the UV spheres in a mesh; what is none is refined as flat faces."""
-    try:
-        shapes = find_shapes(vertices, corners, counts)
-    except NotRecognised:
-        return []
-    mesh, found = MeshArrays.make(vertices, corners, counts), []
-    for number, shape in enumerate(shapes.shapes):
-        if isinstance(shape, SphereShape):
-            own, grids = shapes.corner_shape[np.cumsum(counts) - counts] == number, {}
-            find_sphere(mesh.part(own), grids)
-            (grid,) = grids.values()
-            found.append((np.unique(corners[np.repeat(own, counts)]), grid))
-    return found
 
 
 # An operator of bmesh leaves no Python reference to an element valid, but every vertex keeps its index.
@@ -150,7 +132,7 @@ def _fan(face, pole):
 
 
 @contextmanager
-def _normals_kept(mesh):
+def normals_kept(mesh):
     """Custom normals as an attribute meanwhile, which is interpolated as such."""
     if not mesh.has_custom_normals:
         yield

@@ -79,7 +79,9 @@ class MeshShapes:
         spheres, planes, polygons, meshes = self.counts
         if len(self.shapes) == 1 and not meshes:
             only = self.shapes[0]
-            return f"UV sphere {only.segments} x {only.rings}" if spheres else "plane" if planes else "polygon"
+            if spheres:
+                return f"UV sphere {only.segments} x {only.rings}" + ("" if only.is_even else ", finer in places")
+            return "plane" if planes else "polygon"
         counted = [(spheres, "UV sphere"), (planes, "plane"), (polygons, "polygon")]
         parts = [f"{n:,} {what}{'s' * (n > 1)}" for n, what in counted if n]
         if meshes:

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from .mesh_spheres_cut import cut_places
 from .mesh_topology import NotRecognised
 
 # Blender turns one meridian round in float32: vertices drift up to 1.1e-5 of the radius at 512 x 256 segments
@@ -20,17 +21,20 @@ ROUND = 1e-5  # semi-axes that agree to this come from an even scale
 
 @dataclass(frozen=True, eq=False)
 class SphereShape:
-    """matrix (4, 4): the unit sphere to local coordinates, determinant positive; is_outward: where normals point."""
+    """matrix (4, 4): the unit sphere to local coordinates, determinant positive; is_outward: where normals point;
+    is_even: whether its vertices are those of its rings and segments alone."""
 
     matrix: np.ndarray
     segments: int
     rings: int
     is_outward: bool
+    is_even: bool = True
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Where a mesh's vertices are on the unit UV sphere: ring k (n,) from 0 at the north pole, segment j (n,)."""
+    """Where a mesh's vertices are on the unit UV sphere: ring k (n,) from 0 at the north pole, segment j (n,), with
+    fractions where it has more vertices in places."""
 
     segments: int
     rings: int
@@ -39,6 +43,10 @@ class Grid:
     k: np.ndarray
     j: np.ndarray
     is_outward: bool
+
+    @property
+    def is_even(self):
+        return len(self.k) == self.segments * (self.rings - 1) + 2
 
     @cached_property
     def ideal(self):
@@ -70,6 +78,9 @@ def find_sphere(mesh, grids):
                 return sphere
         except NotRecognised as error:
             fault = error
+    if place := cut_places(mesh):
+        grids[topology] = grid = Grid(*place)
+        return _fit(mesh, grid)
     if fault:
         raise fault
     return None
@@ -137,7 +148,7 @@ def _fit(mesh, grid):
         exact = noise < ROUND
         radius = np.linalg.norm(mesh.vertices[grid.north] - middle) if exact else axes.mean()
         matrix[:3, :3], matrix[:3, 3] = radius * np.eye(3), middle if exact else origin
-    return SphereShape(matrix, grid.segments, grid.rings, grid.is_outward != mirrored)
+    return SphereShape(matrix, grid.segments, grid.rings, grid.is_outward != mirrored, grid.is_even)
 
 
 def _grid(mesh, north, south, segments, rings):

@@ -17,6 +17,7 @@ from ..shapes.sphere import Sphere
 from .bundles import ball_place
 from .lattice import NEXT, Lattice
 from .placed import Placed
+from .split import Split, find
 
 FIRST = 64  # cells along an axis to begin with at most
 USUAL = 3000  # cells to begin with, where there are fewer shapes
@@ -25,6 +26,7 @@ PLACES = 16  # of a cell from which rays start in turn
 LIT = 8  # of them where direct light is worked out
 TRIED = 64  # places of a cell on a polygon's border, of which those inside are used
 BENT = 0.2  # of how far values vary over a face between its own vertices: how far linear ones are off
+FINEST = 256  # parts of a mesh along its length, into which its faces are cut at most
 WHOLE = 0.95  # of a mesh's vertices, with their normals: when so many are on their own it is no use to part the others
 MERGED = 1.0  # size of the cells in which a mesh's vertices are merged, of a chart's cell
 SIDES = 6  # of the directions in which their normals are told apart
@@ -48,6 +50,7 @@ class Nodes:
         area = scene.areas[sends].sum() or 1.0
         self.size = np.sqrt(area / USUAL)  # m, of a cell
         self.merged = np.full(len(scene), MERGED * self.size)
+        self.least = 2 * np.array([s.shape.bounds[1] for s in scene.surfaces]) / FINEST
         lattice = Lattice.even(self._first_cells(), self.is_ball)
         self._lay_out(lattice, np.full(len(lattice), -1), np.ones(len(scene), bool), None)
 
@@ -140,32 +143,38 @@ class Nodes:
         return origin[own][:, None] + np.einsum("nij,nkj->nki", linear[own], local)
 
     def _merge(self, anew, before):
-        """Groups of each mesh's corners: corner (m facets, 3), which of its surface's nodes a facet's corners are."""
+        """Of the shapes of meshes: split {shape: Split}, group {shape: (T, 3)}, which of its surface's nodes the
+        corners of its parts are, distinct {shape: number}, how many of them are different; of all in turn corner (sum
+        of T, 3), and of facets parts, first_part (m facets,): see split.find."""
         scene, facets = self.facets.scene, self.facets
-        if before is None:
-            self.corner = np.zeros((facets.count, 3), np.int32)
-            self.mesh_number, self.unmerged = np.zeros(len(scene), int), np.zeros(len(scene))
-        else:
-            self.corner, self.mesh_number = before.corner.copy(), before.mesh_number.copy()
-            self.unmerged = before.unmerged.copy()
-        done = {}
-        for k in np.flatnonzero(self.is_mesh & self.sends & anew):
-            shape, key = scene.surfaces[k].shape, scene.shape_of[k]
-            if key not in done:
-                group = merged_corners(shape, self.merged[k])
-                start = facets.first[key]
-                self.corner[start : start + len(shape.triangles)] = group
-                done[key] = group.max() + 1, len(np.unique(shape.triangles.ravel() * SIDES + _side(shape)))
-            self.mesh_number[k], self.unmerged[k] = done[key][0], done[key][0] / done[key][1]
+        kept = ("split", "group", "distinct")
+        self.split, self.group, self.distinct = (dict(getattr(before, name)) if before else {} for name in kept)
+        of_shape = {scene.shape_of[k]: k for k in np.flatnonzero(self.is_mesh & self.sends)}
+        for key, k in of_shape.items():
+            if anew[k]:
+                shape = scene.surfaces[k].shape
+                self.split[key] = Split(shape, self.merged[k])
+                self.group[key], self.distinct[key] = merged_corners(shape, self.split[key], self.merged[k])
+        self.mesh_number, self.unmerged = np.zeros(len(scene), int), np.zeros(len(scene))
+        for k in np.flatnonzero(self.is_mesh & self.sends):
+            key = scene.shape_of[k]
+            self.mesh_number[k] = self.group[key].max() + 1
+            self.unmerged[k] = self.mesh_number[k] / self.distinct[key]
+        self.parts, self.first_part = np.ones(facets.count, int), np.zeros(facets.count, int)
+        begin = 0
+        for key, split in self.split.items():
+            mine = slice(facets.first[key], facets.first[key] + len(split.parts))
+            self.parts[mine], self.first_part[mine] = split.parts, begin + split.first
+            begin += len(split)
+        self.corner = np.concatenate([np.zeros((0, 3), np.int32), *self.group.values()])
 
     def _on_mesh(self, k):
         """As _of_cells, of the groups of a mesh's corners; share m^2. Each corner stands for a third of its triangle,
         at the middle of that third."""
         scene = self.facets.scene
-        shape, start = scene.surfaces[k].shape, self.facets.first[scene.shape_of[k]]
-        group = self.corner[start : start + len(shape.triangles)].ravel()
-        area = np.repeat(shape.areas / 3, 3)
-        corners = shape.vertices[shape.triangles]
+        split, group = self.split[scene.shape_of[k]], self.corner[scene.shape_of[k]].ravel()
+        area = np.repeat(split.areas / 3, 3)
+        corners = split.points
         points = (corners / 2 + corners.mean(axis=1, keepdims=True) / 2).reshape(-1, 3)
         weight = np.bincount(group, area)
         # of each group places by equal parts of its area
@@ -177,8 +186,9 @@ class Nodes:
         last = np.append(begin[1:], len(order)) - 1
         pick = np.clip(np.searchsorted(cumulated, want), begin[:, None], last[:, None])
         pick = order[pick[:, np.argsort(square_lattice(PLACES)[:, 0])]]  # in an order that the first few are spread
-        normals = scene.surfaces[k].sign * shape.corner_normals.reshape(-1, 3)
-        return np.full(len(weight), k), np.full(len(weight), -1), weight, points[pick], normals[pick], pick // 3
+        normals = scene.surfaces[k].sign * split.normals.reshape(-1, 3)
+        new = np.full(len(weight), k), np.full(len(weight), -1), weight
+        return *new, points[pick], normals[pick], split.triangle[pick // 3]
 
     def uncover(self, new, hidden):
         """Leaves out places, hidden (k, PLACES) bool of the nodes new (k,), that nothing comes to: others of the same
@@ -238,13 +248,17 @@ class Nodes:
         node, weight = np.zeros((len(facet), 4), np.int32), np.zeros((len(facet), 4), np.float32)
         mesh = np.flatnonzero(carries & self.is_mesh[own])
         if len(mesh):
-            s, t = at[mesh].T
-            node[mesh, :3] = self.first[own[mesh], None] + self.corner[facet[mesh]]
-            weight[mesh, :3] = np.stack([1 - s - t, s, t], axis=1)
+            node[mesh, :3], weight[mesh, :3] = self.on_meshes(own[mesh], facet[mesh], at[mesh])
         flat = np.flatnonzero(carries & ~self.is_mesh[own])
         if len(flat):
             node[flat], weight[flat] = self.lattice.columns(own[flat], self._chart_at(facet[flat], at[flat]))
         return node, weight
+
+    def on_meshes(self, own, facet, at):
+        """Nodes and weights (h, 3) of surfaces (h,) at places (h, 2) of their facets (h,)."""
+        part, at = find(self.parts.take(facet), self.first_part.take(facet), at)
+        s, t = at.T
+        return self.first[own][:, None] + self.corner.take(part, axis=0), np.stack([1 - s - t, s, t], axis=1)
 
     def _chart_at(self, facet, at):
         """Chart positions (h, 2) of hits; a facet's own (s, t) are on it."""
@@ -267,17 +281,17 @@ class Nodes:
     def _mesh_surplus(self, k, value):
         """How far values vary over the faces of a mesh, in L2."""
         scene = self.facets.scene
-        shape, start = scene.surfaces[k].shape, self.facets.first[scene.shape_of[k]]
-        v = value[self.first[k] + self.corner[start : start + len(shape.triangles)]]
+        key = scene.shape_of[k]
+        v = value[self.first[k] + self.group[key]]
         spread = ((v - v.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1)
         # between merged vertices it may jump so far; between the mesh's own it bends a little
         jumps = np.clip(2 * (1 - self.unmerged[k]), BENT, 1.0)
-        return float(jumps * np.sqrt((spread * shape.areas).sum()))
+        return float(jumps * np.sqrt((spread * self.split[key].areas).sum()))
 
     @property
     def is_finest(self):
-        """(n surfaces,) of meshes: whether all but all of their vertices stand for themselves."""
-        return self.unmerged > WHOLE
+        """(n surfaces,) of meshes: whether all but all vertices stand for themselves and faces are cut finely."""
+        return (self.unmerged > WHOLE) & (self.merged <= self.least)
 
     def refined(self, cells, meshes):
         """cells (k, 2) bool: which are halved along which axis; meshes (n surfaces,) bool: which are merged less ->
@@ -320,19 +334,25 @@ def _inside(polygon, corner, step, size, at):
     return count / TRIED, np.where((count == TRIED)[:, None, None], at, chosen)
 
 
-def merged_corners(mesh, size):
-    """(t, 3) group of each corner of a mesh's triangles: those in one cell of that size, m, whose normals look much the
-    same way are one."""
-    corner_vertex = mesh.triangles.ravel()
-    points = mesh.vertices[corner_vertex]
+def merged_corners(mesh, split, size):
+    """(T, 3) group of each corner of the parts of a mesh's triangles, and how many corners are different. Those of
+    triangles that are not cut are one where they are in one cell of that size, m, and their normals look much the same
+    way."""
+    whole = np.repeat(~split.is_cut[split.triangle], 3)
+    points = split.points.reshape(-1, 3)
     cell = np.floor((points - points.min(axis=0)) / max(size, 1e-300)).astype(np.int64)
     cell = np.minimum(cell, 1 << 15)
-    key = ((cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]) * SIDES + _side(mesh)
-    return np.unique(key, return_inverse=True)[1].reshape(-1, 3).astype(np.int32)
+    side = _side(split.normals.reshape(-1, 3))
+    key = (((cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]) * SIDES + side).astype(np.uint64)
+    vertex = mesh.triangles[split.triangle[whole.reshape(-1, 3)[:, 0]]].ravel()
+    distinct = len(np.unique(vertex * SIDES + side[whole]))
+    if not whole.all():
+        key[~whole] = split.names(mesh.bounds[1])[~whole]
+        distinct += len(np.unique(key[~whole]))
+    return np.unique(key, return_inverse=True)[1].reshape(-1, 3).astype(np.int32), distinct
 
 
-def _side(mesh):
-    """(3 t,) which of SIDES the normal of each corner of a mesh's triangles looks to."""
-    normals = mesh.corner_normals.reshape(-1, 3)
+def _side(normals):
+    """(c,) which of SIDES normals (c, 3) look to."""
     axis = np.argmax(np.abs(normals), axis=1)
     return axis * 2 + (normals[np.arange(len(normals)), axis] > 0)

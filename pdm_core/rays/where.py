@@ -23,7 +23,8 @@ def nodes_near(nodes, surface, points):
     for k, mine in runs_of(surface[some]):
         mine, first = some[mine], nodes.facets.first[nodes.facets.scene.shape_of[k]]
         triangle, bary = nodes.facets.scene.surfaces[k].shape.nearest(points[mine])
-        out[mine] = nodes.first[k] + nodes.corner[first + triangle, bary.argmax(axis=1)]
+        node, weight = nodes.on_meshes(np.full(len(mine), k), first + triangle, bary[:, 1:])
+        out[mine] = node[np.arange(len(mine)), weight.argmax(axis=1)]
         done += len(mine)
         yield done / len(points)
     return out

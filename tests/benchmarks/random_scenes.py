@@ -1,24 +1,31 @@
 """Is the error that rays state true? Random scenes of many kinds of shapes: JSON and a table.
 
-    python tests/benchmarks/random_scenes.py [OUTPUT.json [SCENES [SECONDS]]]
+    python tests/benchmarks/random_scenes.py [OUTPUT.json [SCENES [SECONDS [KIND]]]]
 
 Scenes hold 20 to 100 boxes, planes, balls, concave polygons and ones with holes, and small meshes, in a room or on a
 floor, under a lamp (a ball, a square, a light) and in the open a sky too. Errors are relative L2 errors of L - Le over
 all surfaces, measured against a run at a quarter of the target; begun anew until so many seconds of CPU are over.
+KIND `few`, against runs at two fifths of the target: 3 to 12 concave polygons, ones with holes, meshes of large and
+small faces and balls, in a room whose walls may be polygons or meshes of two triangles each; where nothing is smooth an
+independent path tracer judges too.
 """
 
 import sys
 import time
 
 import numpy as np
-from output import machine, save
+from output import ROOT, machine, save
 from scenes import separate, walls
 
 from pdm_core import AreaLight, Mesh, Plane, PointLight, Polygon, Scene, Sphere, SunLight, Surface
 from pdm_core.rays.solution import ray_steps
 from pdm_core.signs_of_life import finish
 
-TARGET, TIGHTER = 0.04, 4.0
+sys.path.insert(0, str(ROOT / "tests" / "stability"))
+from tracer import measured_error  # noqa: E402
+
+TRACED, MOST_TRACED = (300, 96), 150  # places and paths of each; triangles, at which it takes long
+TARGET, TIGHTER = 0.04, {"many": 4.0, "few": 2.5}
 PATIENCE = 20.0  # s at most, of a run
 POINTS, LEAST = 3000, 16
 TRIES = 30
@@ -49,6 +56,47 @@ def random_scene(seed):
             break
     background = 0.0 if in_room else rng.uniform(0.1, 1, 3) * (rng.random() < 0.7)
     return Scene(surfaces, background, rounding=2**-24, lights=lights), made
+
+
+def few_scene(seed):
+    """A scene of few shapes, how many, and whether it can be traced."""
+    rng = np.random.default_rng([7, seed])
+    size, smooth = rng.uniform(3, 6, 3) * [1, 1, 0.6], rng.random() < 0.4
+    brightest, in_room = rng.uniform(0.4, 0.9), rng.random() < 0.6
+    surfaces = [of_other_make(rng, s) for s in walls(size, rng.uniform(0.1, brightest, (6, 3)))[: 6 if in_room else 1]]
+    emission, centre = rng.uniform(5, 20), size * [*rng.uniform(0.3, 0.7, 2), 0.85]
+    side = rng.uniform(0.2, 0.8)
+    lamp = Sphere.at(centre, side / 3) if rng.random() < 0.5 else Plane(centre, (0, side, 0), (side, 0, 0))
+    surfaces.append(Surface(lamp, 0.0, emission, name="lamp"))
+    placed, count, made = [(centre, 1.5 * side)], rng.integers(3, 13), 0
+    for _ in range(TRIES * count):
+        radius = rng.uniform(0.4, 1.0) * 0.6 * (size.prod() / count) ** (1 / 3)
+        centre = radius + rng.random(3) * (size - 2 * radius)
+        if made < count and (centre > 0).all() and separate((centre, radius), placed):
+            placed.append((centre, radius))
+            kind = rng.choice([random_ball, random_polygon, random_mesh, random_octahedron])
+            shading = smooth if kind in (random_mesh, random_octahedron) else rng.random() < 0.5
+            surfaces += kind(rng, centre, radius, rng.uniform(0.1, brightest, 3), shading)
+            made += 1
+    background = 0.0 if in_room else rng.uniform(0.1, 1, 3) * (rng.random() < 0.7)
+    triangles = sum(len(s.shape.triangles) for s in surfaces if isinstance(s.shape, Mesh | Polygon))
+    return Scene(surfaces, background, rounding=2**-24), made, not smooth and triangles <= MOST_TRACED
+
+
+def of_other_make(rng, surface):
+    """A wall as it is, as a polygon, or as a mesh of two triangles."""
+    corners, make = surface.shape.corners, rng.integers(3)
+    if make == 0:
+        return surface
+    shape = Polygon(corners) if make == 1 else Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), False)
+    return Surface(shape, surface.reflectance, name=surface.name)
+
+
+def random_octahedron(rng, centre, radius, reflectance, smooth):
+    """Eight large faces."""
+    points = np.concatenate([np.eye(3), -np.eye(3)]) * rng.uniform(0.5, 1, (6, 1)) * radius @ turned(rng, False).T
+    faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    return [Surface(Mesh(centre + points, faces, bool(smooth)), reflectance, name="octahedron")]
 
 
 def random_lamp(rng, size):
@@ -161,13 +209,14 @@ def difference(scene, one, other):
     return np.sqrt(off.sum() / norm.sum()), np.sqrt(off / np.maximum(norm, 1e-300)), norm
 
 
-def run(seed):
-    scene, shapes = random_scene(seed)
+def run(seed, kind):
+    scene, shapes, is_traced = few_scene(seed) if kind == "few" else (*random_scene(seed), False)
     cpu = time.process_time()
     solution = finish(ray_steps(scene, TARGET, PATIENCE, ""))
     cpu = time.process_time() - cpu
-    tighter = finish(ray_steps(scene, TARGET / TIGHTER, PATIENCE, ""))
+    tighter = finish(ray_steps(scene, TARGET / TIGHTER[kind], PATIENCE, ""))
     measured, each, norm = difference(scene, solution, tighter)
+    traced = measured_error(scene, solution, *TRACED, np.random.default_rng(seed)) if is_traced else (None, None)
     lit = norm / scene.areas > (0.05 * np.sqrt((norm / scene.areas).max())) ** 2
     own = each[lit] / np.maximum(solution.surface_errors[lit], 1e-12)
     return {
@@ -177,6 +226,8 @@ def run(seed):
         "stated": float(solution.error),
         "measured": float(measured),
         "tighter_stated": float(tighter.error),
+        "traced": traced[0],
+        "traced_noise": traced[1],
         "parts": {k: float(v) for k, v in solution.error_parts.items()},
         "surfaces_true": float((own <= 1).mean()),
         "worst_surface": float(own.max()),
@@ -184,13 +235,14 @@ def run(seed):
     }
 
 
-def main(output="build/bench/random_scenes.json", scenes="100", seconds="900"):
+def main(output="build/bench/random_scenes.json", scenes="100", seconds="900", kind="many"):
     rows = []
     for seed in range(int(scenes)):
-        rows.append(row := run(seed))
+        rows.append(row := run(seed, kind))
+        traced = "" if row["traced"] is None else f"traced {row['traced']:6.2%} +- {row['traced_noise']:5.2%}  "
         print(
             f"{seed:3}  {row['shapes']:3} shapes  stated {row['stated']:6.2%}  measured {row['measured']:6.2%}  "
-            f"surfaces true {row['surfaces_true']:4.0%} worst {row['worst_surface']:5.1f}  "
+            f"{traced}surfaces true {row['surfaces_true']:4.0%} worst {row['worst_surface']:5.1f}  "
             f"{row['solve_cpu_seconds']:5.2f} s CPU{'' if row['measured'] <= row['stated'] else '  BROKEN'}",
             flush=True,
         )

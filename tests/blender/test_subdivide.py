@@ -160,23 +160,139 @@ def test_a_balls_texture_map_has_no_jumps(subdivide):
         assert (np.ptp(own, axis=0) < (1.1 / 16, 1.1 / 16)).all()
 
 
-def test_the_report_asks_for_it_and_it_is_enough():
+@pytest.mark.parametrize("method", ["ADAPTIVE", "UNIFORM"])
+def test_the_report_asks_for_it_and_it_is_enough(method):
     floor, ball, lamp = scenes.lit_ball()
     lamp.data.materials[0], before = lamp.data.materials[0], len(floor.data.vertices)
     report = bake()
     assert report["between_vertices"] > 0.05
-    assert bpy.ops.pdm.subdivide() == {"FINISHED"}
+    assert bpy.ops.pdm.subdivide(method=method) == {"FINISHED"}
     report = bake()
     assert report["between_vertices"] <= 0.01
     assert len(floor.data.vertices) > before and len(lamp.data.vertices) == 4
+    assert is_whole(floor.data, 1) and is_whole(ball.data, 2)
     assert next(o["label"] for o in report["objects"] if o["name"] == "Ball").startswith("UV sphere")
 
 
-def test_the_budget_is_kept():
+@pytest.mark.parametrize("method", ["ADAPTIVE", "UNIFORM"])
+def test_the_budget_is_kept(method):
     scenes.lit_ball()
     bake()
-    bpy.ops.pdm.subdivide(budget=500)
+    bpy.ops.pdm.subdivide(method=method, budget=500)
     assert 143 < sum(len(obj.data.vertices) for obj in bpy.data.objects) <= 500
+
+
+def spot_on(obj):
+    """A small lamp close over the middle of the top of a unit box, in the dark: the light bends there alone."""
+    matrix = Matrix.Translation((0.1, 0, 0.6)) @ Matrix.Rotation(np.pi, 4, "X")
+    scenes.grid("Lamp", 1, 0.1, matrix, scenes.material("Glow", emission=(5.0, 5.0, 5.0)))
+    if not obj.data.materials:
+        obj.data.materials.append(scenes.material("Grey"))
+
+
+def test_what_the_mesh_carries_is_kept_adaptively():
+    box = scenes.box("Box", 1.0)
+    carrying(box)
+    spot_on(box)
+    bake(target_error=0.05)
+    assert bpy.ops.pdm.subdivide() == {"FINISHED"}
+    mesh, x = box.data, scenes.vertices(box)[:, 0]
+    assert 20 < len(mesh.vertices) < 2000 and is_whole(mesh, 2)
+    uv = np.array([loop.uv[:] for loop in mesh.uv_layers["Map"].data])
+    corner = np.array([loop.vertex_index for loop in mesh.loops])
+    np.testing.assert_allclose(uv, scenes.vertices(box)[corner, :2], atol=1e-6)
+    np.testing.assert_allclose([item.value for item in mesh.attributes["height"].data], x, atol=1e-6)
+    weights = [next((g.weight for g in v.groups), 0.0) for v in mesh.vertices]
+    np.testing.assert_allclose(weights, x + 0.5, atol=1e-6)
+    assert [m.name for m in mesh.materials[:2]] == ["One", "Two"] and all(p.use_smooth for p in mesh.polygons)
+    area = np.array([p.area for p in mesh.polygons])
+    for kept in ([p.material_index == 1 for p in mesh.polygons], [i.value == 7 for i in mesh.attributes["tag"].data]):
+        assert area[np.array(kept)].sum() == pytest.approx(1, rel=1e-6)
+    ends = scenes.vertices(box)[[edge.vertices[:] for edge in mesh.edges]]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    assert length[[e.use_seam for e in mesh.edges]].sum() == pytest.approx(1, rel=1e-6)
+    assert length[[e.use_edge_sharp for e in mesh.edges]].sum() == pytest.approx(1, rel=1e-6)
+    assert {a.name for a in mesh.attributes if "pdm" in a.name} == set()
+    # the bottom is in the dark: its quad is as it was
+    assert sum(len(p.vertices) == 4 and p.center.z < -0.49 for p in mesh.polygons) == 1
+    entry = next(o for o in bake(target_error=0.05)["objects"] if o["name"] == "Box")
+    assert entry["label"] == "6 planes" and entry["exactness"] == "exact"
+
+
+def test_custom_normals_are_kept_adaptively():
+    floor, _, _ = scenes.lit_ball()
+    tilted = np.tile(np.array([0.6, 0.0, 0.8]), (len(floor.data.loops), 1))
+    floor.data.normals_split_custom_set(tilted.tolist())
+    bake()
+    bpy.ops.pdm.subdivide()
+    assert len(floor.data.vertices) > 100
+    normals = np.array([n.vector[:] for n in floor.data.corner_normals])
+    np.testing.assert_allclose(normals, np.tile(tilted[0], (len(normals), 1)), atol=1e-3)
+
+
+def test_polygons_with_holes_are_refined_and_stay_polygons():
+    def frame(b):
+        bmesh.ops.create_grid(b, x_segments=3, y_segments=3, size=2)
+        middle = [f for f in b.faces if f.calc_center_median().length < 0.1]
+        bmesh.ops.delete(b, geom=middle, context="FACES")
+        bmesh.ops.dissolve_faces(b, faces=b.faces[:4])
+
+    wall = scenes.add("Wall", frame, made_of=scenes.material("Wall"))
+    scenes.sphere("Ball", matrix=Matrix.Translation((1, 0, 1.5)), made_of=scenes.material("Ball"))
+    lamp = Matrix.Translation((1, 0, 4)) @ Matrix.Rotation(np.pi, 4, "X")
+    scenes.grid("Lamp", 1, 1.0, lamp, scenes.material("Lamp", emission=(5.0, 4.0, 3.0)))
+    label = next(o["label"] for o in bake(target_error=0.02)["objects"] if o["name"] == "Wall")
+    bpy.ops.pdm.subdivide()
+    after = bake(target_error=0.02)
+    assert after["between_vertices"] <= 0.02 and len(wall.data.vertices) > 100
+    assert next(o["label"] for o in after["objects"] if o["name"] == "Wall") == label == "polygon"
+    assert is_whole(wall.data, 0)
+
+
+def test_copies_leave_the_objects_as_they_were():
+    floor, ball, _ = scenes.lit_ball()
+    bake()
+    bpy.ops.pdm.subdivide(copies=True)
+    assert len(floor.data.vertices) == 25 and len(ball.data.vertices) == 114 and floor.hide_render
+    copies = [obj for obj in bpy.context.scene.objects if obj.name.startswith(("Floor.", "Ball."))]
+    assert len(copies) == 2 and all(len(obj.data.vertices) > 150 and not obj.hide_render for obj in copies)
+    report = bake()
+    assert report["between_vertices"] <= 0.01 and {o["name"] for o in report["objects"]} == {
+        "Floor.001", "Ball.001", "Lamp"
+    }  # fmt: skip
+
+
+def test_what_fails_leaves_all_meshes_as_they_were(addon, monkeypatch):
+    floor, ball, _ = scenes.lit_ball()
+    bake()
+    before, count, cut = len(bpy.data.meshes), [0], addon("operators.adaptive").cut
+
+    def fail_second(*arguments):
+        count[0] += 1
+        if count[0] == 2:
+            raise MemoryError("full")
+        cut(*arguments)
+
+    monkeypatch.setattr(addon("operators.adaptive"), "cut", fail_second)
+    for copies in (False, True):
+        count[0] = 0
+        with pytest.raises(RuntimeError, match="full"):
+            bpy.ops.pdm.subdivide(copies=copies)
+        assert count[0] == 2 and len(floor.data.vertices) == 25 and len(ball.data.vertices) == 114
+        assert len(bpy.data.meshes) == before and not floor.hide_render
+
+
+def test_uniform_after_adaptive_keeps_the_sphere(addon, shapes_of):
+    _, ball, _ = scenes.lit_ball()
+    bake(target_error=0.03)
+    bpy.ops.pdm.subdivide()
+    (shape,) = shapes_of(ball).shapes
+    count = len(ball.data.polygons)
+    assert not shape.is_even
+    addon("operators.subdivide").subdivide({ball: 2})
+    (finer,) = shapes_of(ball).shapes
+    assert len(ball.data.polygons) > 3 * count and is_whole(ball.data, 2)
+    np.testing.assert_allclose(finer.matrix, shape.matrix, atol=1e-5)
 
 
 def test_few_vertices(addon):

@@ -1,0 +1,88 @@
+"""What both ways of Subdivide for the Bake share: which meshes, whether they can be changed, all of them or none."""
+
+import bmesh
+import bpy
+
+from .baking.colour_attribute import BakeError
+
+
+def too_coarse(report):
+    """Whether the colours between the vertices are off by more than the target."""
+    return (report["between_vertices"] or 0.0) > report["settings"]["target_error"]
+
+
+def coarse_entries(scene, report, among=None):
+    """{name: its entry in a report} of the objects without which the rest would be within the target, if they can be
+    changed; among: names of the only ones, or None."""
+    if report is None:
+        raise BakeError("Bake first: the report tells which meshes are too coarse")
+    if not too_coarse(report):
+        return {}
+    entries = {entry["name"]: entry for entry in report["objects"] if entry["baked"] and entry.get("finer")}
+    chosen = {name: e for name, e in entries.items() if among is None or name in among}
+    return {name: entry for name, entry in chosen.items() if problem_of(scene.objects.get(name)) is None}
+
+
+def problem_of(obj):
+    """Why the mesh of `obj` cannot be subdivided, going on after its name, or None."""
+    if obj is None or obj.type != "MESH":
+        return "is gone; bake again"
+    if obj.mode != "OBJECT":
+        return f"is in {obj.mode.title()} Mode; switch to Object Mode first"
+    if not obj.data.is_editable:
+        return "is linked from a library; make it local"
+    if obj.data.users - obj.data.use_fake_user > 1:
+        return "shares its mesh with other users; make it a single-user copy"
+    if obj.data.shape_keys:
+        return "has shape keys; apply or remove them"
+    if not len(obj.data.polygons):
+        return "has no faces"
+    return None
+
+
+def all_or_none(chosen, change, copies=False):
+    """Calls change(object, value) for each of {object: value} -> vertices added. Where one fails, those before it are
+    as they were.
+
+    copies: changes copies, which take the objects' places in the render.
+    """
+    for obj in chosen:
+        if problem := problem_of(obj):
+            raise BakeError(f"Object {obj.name!r} {problem}")
+    done, made = [], []
+    try:
+        for obj, value in chosen.items():
+            if copies:
+                obj = _copied(obj)
+                made.append(obj)
+            done.append((obj.data, obj.data.copy()))
+            change(obj, value)
+        added = sum(len(mesh.vertices) - len(before.vertices) for mesh, before in done)
+    except Exception:
+        for mesh, before in done:
+            _become(mesh, before)
+        bpy.data.batch_remove([*made, *(obj.data for obj in made)])
+        raise
+    finally:
+        bpy.data.batch_remove([before for _, before in done])
+    for obj in chosen if copies else ():
+        obj.hide_render = True
+        obj.hide_set(True)
+    return added
+
+
+def _copied(obj):
+    """A copy of an object with a mesh of its own, in the same collections."""
+    copy = obj.copy()
+    copy.data = obj.data.copy()
+    for collection in obj.users_collection:
+        collection.objects.link(copy)
+    return copy
+
+
+def _become(mesh, other):
+    """All that is on the faces and vertices of another mesh."""
+    work = bmesh.new()
+    work.from_mesh(other)
+    work.to_mesh(mesh)
+    work.free()
