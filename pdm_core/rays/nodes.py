@@ -172,7 +172,7 @@ class Nodes:
         """As _of_cells, of the groups of a mesh's corners; share m^2. Each corner stands for a third of its triangle,
         at the middle of that third."""
         scene = self.facets.scene
-        split, group = self.split[scene.shape_of[k]], self.corner[scene.shape_of[k]].ravel()
+        split, group = self.split[scene.shape_of[k]], self.group[scene.shape_of[k]].ravel()
         area = np.repeat(split.areas / 3, 3)
         corners = split.points
         points = (corners / 2 + corners.mean(axis=1, keepdims=True) / 2).reshape(-1, 3)
