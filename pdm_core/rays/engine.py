@@ -13,6 +13,7 @@ from ..numerics import gmres
 from ..plan import RAY_MEMORY
 from ..read_off import materials_at, spread_points
 from ..signs_of_life import finish, in_thread
+from .aimed import Spot, spots_of
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
 from .nodes import FINEST, LIT, Nodes
@@ -57,6 +58,7 @@ class RayState:
         self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
         self.spread = np.zeros(0)  # of the direct light within each node's cell
+        self.beamed = None  # (sources,) whether its light goes on by way of spots, sources too, and not of nodes
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
         self.error, self.level = float("inf"), 0.0
@@ -79,10 +81,30 @@ class RayState:
         lit = self.nodes.lit_places(new)
         tolerance = np.full(len(lit), AT_NODES_TOLD * self.target * self.scale())
         each = (yield from self.shares.at(lit, tolerance, AT_NODES))[0]
+        if self.beamed is None:
+            each = np.concatenate([each, (yield from self._take_spots(each, lit, tolerance))], axis=1)
+            self.factor = np.zeros((n, *each.shape[1:]), np.float32)
+        each[:, self.beamed] = 0.0
         each = each.reshape(len(new), LIT, *each.shape[1:])
         self.factor[new] = each.mean(axis=1)
         self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
         yield from in_thread(self.link)
+
+    def _take_spots(self, each, lit, tolerance):
+        """Adds spots of narrow beams to the sources, where places lit have factors each (n, k, 3); returns those of the
+        spots (n, spots, 3), to a tolerance (n,); yields."""
+        spots = yield from spots_of(self, (each > 0).any(axis=2).sum(axis=0))
+        own = (yield from Shares(self.facets, spots, self.counts).at(lit, tolerance, AT_NODES))[0]
+        self._take_sources(self.sources + spots)
+        return own
+
+    def _take_sources(self, sources):
+        self.sources = sources
+        self.light = np.array([s.colour for s in sources]).reshape(-1, 3)
+        self.shares = Shares(self.facets, sources, self.counts)
+        self.beamed = np.zeros(len(sources), bool)
+        self.spots = [s for s in sources if isinstance(s, Spot)]
+        self.beamed[[s.beam_of for s in self.spots]] = True
 
     def scale(self):
         """Irradiance / pi that tolerances refer to: before any is known, the sources' own over the scene."""
@@ -117,12 +139,14 @@ class RayState:
         self.sent = rho * self.received + self.shining
         weight, reflected = self.nodes.weight, rho * self.received
         square = np.bincount(self.nodes.surface, weight * (reflected**2).sum(axis=1), len(self.scene))
-        self.surface_norms = np.sqrt(square)
-        self.norm = float(np.sqrt(square.sum()))
+        spots = np.bincount([s.index for s in self.spots], [s.square for s in self.spots], len(self.scene))
+        self.surface_norms = np.sqrt(square + spots)
+        self.norm = float(np.sqrt((square + spots).sum()))
         reflecting = max(self.scene.areas[self.reflects].sum(), 1e-300)
-        # of each surface: the mean square that its errors count against
-        self.own_square = np.maximum(square / self.scene.areas, DIM**2 * self.norm**2 / reflecting)
-        self.level = self.norm / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3)
+        # of each surface: the mean square that its errors count against; a bright spot in a dim room makes none good
+        self.own_square = np.maximum(square / self.scene.areas, DIM**2 * square.sum() / reflecting)
+        usual = np.sqrt(square.sum()) if square.any() else self.norm
+        self.level = float(usual / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3))
         once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
         self.left = left * self.gain
@@ -228,8 +252,9 @@ class RayState:
     @property
     def idle(self):
         """Names of what shines but comes to no place of any node: all of it is hidden, or what it lights is smaller."""
-        seen = (self.factor > 0).any(axis=(0, 2))
-        return [s.name for s, some in zip(self.sources, seen) if not some and s.colour.any() and len(self.factor)]
+        seen = (self.factor > 0).any(axis=(0, 2)) | self.beamed
+        lamps = zip(self.sources[: len(seen) - len(self.spots)], seen)
+        return [s.name for s, some in lamps if not some and s.colour.any() and len(self.factor)]
 
     def nothing(self):
         """Where no light is."""
@@ -242,9 +267,7 @@ class RayState:
         self.scene, self.started, self.counts, self.history = scene, time.perf_counter(), Counter(), []
         self.nodes = self.nodes.of(scene)
         self.facets = self.nodes.facets
-        self.sources = relit(self.sources, scene)
-        self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
-        self.shares = Shares(self.facets, self.sources, self.counts)
+        self._take_sources(relit(self.sources, scene))
         self.looked = None  # of the old light
         self.link()
 

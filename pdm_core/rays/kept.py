@@ -25,6 +25,7 @@ class KeptRays(KeptGroups):
         super().__init__(state.scene, surface, points, of, nodes.surface, nodes.weight, count, channels=3)
         self.given, self.reflects = state.scene, state.reflects
         self.emitters = np.array([s.index for s in state.sources if isinstance(s, Emitter)], int)
+        self.spots, self.straight_on = state.spots, count - len(state.spots)
         self.take_nodes(state.factor, nodes.reflectance)
         self.shines = state.by_rays[self.group_surface][:, None]
         self.outside = _Sky(len(points), state.read, state.scene)
@@ -82,8 +83,17 @@ class KeptRays(KeptGroups):
         check_light(self.given, self.reflects, scene)
 
     def colours(self, scene):
-        lamps = np.array([lamp.colour for lamp in scene.lights]).reshape(-1, 3)
-        return np.concatenate([scene.emission[self.emitters], lamps])
+        colours = [*scene.emission[self.emitters], *(np.asarray(lamp.colour, float) for lamp in scene.lights)]
+        colours += [spot.colour_of(scene, colours[spot.beam_of]) for spot in self.spots]
+        return np.array(colours).reshape(-1, 3)
+
+    def light(self, scene, changed):
+        straight, reflected = super().light(scene, changed)
+        if not self.spots:
+            return straight, reflected
+        # what spots of narrow beams send has been reflected once
+        once = np.einsum("nkc,kc->nc", self.factor[:, self.straight_on :], self.colours(scene)[self.straight_on :])
+        return straight - once, reflected + once
 
     def shining(self, scene):
         return np.where(self.shines, scene.emission[self.group_surface], 0.0)
