@@ -14,9 +14,10 @@ from ..plan import RAY_MEMORY
 from ..read_off import materials_at, spread_points
 from ..signs_of_life import finish, in_thread
 from .aimed import Spot, spots_of
+from .covered import covered_places, mean_over_open, without
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
-from .nodes import FINEST, LIT, Nodes
+from .nodes import FINEST, LIT, PLACES, Nodes
 from .placed import Placed
 from .rows import Gathered, Traced, directions, one_bundle, sky_alone, sky_missed
 from .sources import relit, sources_of
@@ -58,6 +59,7 @@ class RayState:
         self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
         self.spread = np.zeros(0)  # of the direct light within each node's cell
+        self.covered = np.zeros((0, PLACES), bool)  # places of nodes that see nothing
         self.beamed = None  # (sources,) whether its light goes on by way of spots, sources too, and not of nodes
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
@@ -74,7 +76,7 @@ class RayState:
     def extend(self, old):
         """Rays and direct light of the nodes that old (n,) does not know, -1; yields."""
         n, new = len(self.nodes), np.flatnonzero(old < 0)
-        self.factor, self.spread = _carried(self.factor, old), _carried(self.spread, old)
+        self.factor, self.spread, self.covered = (_carried(a, old) for a in (self.factor, self.spread, self.covered))
         self.traced = self.traced.moved(n, old)
         yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(new, j), new)
         self.counts["rays"] += len(new) * len(self.traced.directions)
@@ -86,8 +88,12 @@ class RayState:
             self.factor = np.zeros((n, *each.shape[1:]), np.float32)
         each[:, self.beamed] = 0.0
         each = each.reshape(len(new), LIT, *each.shape[1:])
-        self.factor[new] = each.mean(axis=1)
-        self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
+        self.covered[new] = covered = yield from covered_places(self, new, each)
+        without(self.traced, covered, new)
+        self.factor[new] = mean_over_open(each, covered)[0]
+        off = mean_over_open(np.einsum("nlkc,kc->nlc", each, self.light), covered)[1]
+        self.spread[new] = np.sqrt((off**2).sum(axis=(1, 2)))
+        self.nodes = self.nodes.shut(self.covered[:, :LIT].all(axis=1))
         yield from in_thread(self.link)
 
     def _take_spots(self, each, lit, tolerance):
@@ -299,6 +305,7 @@ class RayState:
         self.traced = Traced(len(self.nodes), directions(count))
         every = np.arange(len(self.nodes))
         yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(every, j), every)
+        without(self.traced, self.covered, every)
         self.counts["rays"] += len(self.nodes) * count
         yield from in_thread(self.link)
         return True
