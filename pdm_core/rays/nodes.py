@@ -159,8 +159,8 @@ class Nodes:
         return points[pick], normals[pick], pick // 3, weight
 
     def shut(self, closed):
-        """The same nodes; cells that are closed (n,), which nobody sees, are taken for an open one beside them, if there
-        is one: what is seen next to them is then between open ones."""
+        """The same nodes; cells that are closed (n,), which nobody sees, are taken for an open one beside them, if any:
+        what is seen next to them is then between open ones."""
         own = np.repeat(np.arange(len(self.grid)), self.grid)
         shut = np.flatnonzero(closed[self.alias])
         own, alias = own[shut], self.alias.copy()

@@ -1,4 +1,4 @@
-"""What stands on something is as bright at its foot as above it: cells half under it are not dark where they are seen."""
+"""What stands on something is not darker at its foot: the seen half of cells that lie half under it is not dark."""
 
 import numpy as np
 import pytest
