@@ -5,7 +5,8 @@
 Two scenes: a floor with a ball of 128 x 64 segments, which is exact to us, and a box; a Cornell box of 5.5 m with two
 boxes. Irradiance / pi at the vertices of all but the ball: L2 is the relative difference to the mean of two bakes by
 Cycles over the vertices, each by the area of the faces about it, as every second one lies in an edge; worst the largest
-one, relative to the brightest vertex; noise is that mean's own L2, from the two seeds. OUTPUT.json keeps one table for each version of Blender that has written to it.
+one, relative to the brightest vertex; noise is that mean's own L2, from the two seeds. OUTPUT.json keeps one table for
+each version of Blender that has written to it.
 """
 
 import json
