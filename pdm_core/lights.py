@@ -77,7 +77,7 @@ class PointLight(Light):
 
     def samples(self, count):
         """positions (k, 3) m, normals (k, 3) or None, weights (k,)"""
-        if self.radius == 0:
+        if self.radius == 0 or count == 1:
             return self.position[None].copy(), None, np.ones(1)
         normals = lattice(2 * count)  # half of them look away from any point
         return self.position + self.radius * normals, normals, np.full(2 * count, 1 / (2 * count))
@@ -179,7 +179,7 @@ class SunLight(Light):
 
     def samples(self, count):
         """Unit directions towards the light (k, 3), None, weights (k,)"""
-        if self.angle == 0:
+        if self.angle == 0 or count == 1:
             return -self.direction[None], None, np.ones(1)
         cone = lattice_of_cone(count, -self.direction, np.cos(min(self.angle, np.pi) / 2))
         return cone, None, np.full(count, 1 / count)

@@ -53,9 +53,9 @@ class AimedPoints:
         self._keep((self.surface >= 0) & state.nodes.sends[self.surface])
         triangle = self.facet - facets.first[facets.shape[self.facet]]
         receivers = Placed(facets, self.surface, self.place + facets.centre, triangle=triangle)
-        tolerance = np.full(len(self.facet), state.target * state.scale())
         one = Shares(facets, [state.sources[k]], state.counts)
-        self.factor = (yield from one.at(receivers, tolerance, AT_NODES))[0][:, 0, 0].astype(float)
+        found = yield from one.at(receivers, state.target * state.scale(), state.target, AT_NODES)
+        self.factor = found[0][:, 0, 0].astype(float)
         self.place, self.normal = receivers.exact - facets.centre, receivers.normals
         self._keep(self.factor > 0)
 

@@ -31,6 +31,7 @@ LEAST_TOLD = 1e-3
 SOLVED = 0.02  # relative residual of the linear system, of the target
 STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
+TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
 SHARES = {"rays": 0.5, "shadows": 0.35, "nodes": 0.35, "sent": 0.7}  # of the error that is left, each part's at most
 REACHED = 0.95  # of the target: what is worked towards
@@ -81,10 +82,10 @@ class RayState:
         yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(new, j), new)
         self.counts["rays"] += len(new) * len(self.traced.directions)
         lit = self.nodes.lit_places(new)
-        tolerance = np.full(len(lit), AT_NODES_TOLD * self.target * self.scale())
-        each = (yield from self.shares.at(lit, tolerance, AT_NODES))[0]
+        told = AT_NODES_TOLD * self.target
+        each = (yield from self.shares.at(lit, told * self.scale(), told, AT_NODES))[0]
         if self.beamed is None:
-            each = np.concatenate([each, (yield from self._take_spots(each, lit, tolerance))], axis=1)
+            each = np.concatenate([each, (yield from self._take_spots(each, lit, told))], axis=1)
             self.factor = np.zeros((n, *each.shape[1:]), np.float32)
         each[:, self.beamed] = 0.0
         each = each.reshape(len(new), LIT, *each.shape[1:])
@@ -96,11 +97,12 @@ class RayState:
         self.nodes = self.nodes.shut(self.covered[:, :LIT].all(axis=1))
         yield from in_thread(self.link)
 
-    def _take_spots(self, each, lit, tolerance):
+    def _take_spots(self, each, lit, told):
         """Adds spots of narrow beams to the sources, where places lit have factors each (n, k, 3); returns those of the
-        spots (n, spots, 3), to a tolerance (n,); yields."""
+        spots (n, spots, 3), of which so much may be off; yields."""
         spots = yield from spots_of(self, (each > 0).any(axis=2).sum(axis=0))
-        own = (yield from Shares(self.facets, spots, self.counts).at(lit, tolerance, AT_NODES))[0]
+        steps = Shares(self.facets, spots, self.counts).at(lit, told * self.scale(), told, AT_NODES)
+        own = (yield from steps)[0]
         self._take_sources(self.sources + spots)
         return own
 
@@ -180,8 +182,8 @@ class RayState:
 
     def lit(self, receivers, roughly=False):
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
-        tolerance = np.full(len(receivers), self.told * self.target * self.level)
-        return (yield from self.shares.at(receivers, tolerance, READ[roughly or self.target > COARSE]))
+        told, points = self.told * self.target, READ[roughly or self.target > COARSE]
+        return (yield from self.shares.at(receivers, told * self.level, TOLD_BRIGHT * told, points))
 
     def incident(self, receivers, roughly=False):
         """Irradiance / pi (n, 3) at receivers, how far its direct part (n,) and the rest (n, 3) may be off; yields."""

@@ -37,8 +37,8 @@ class KeptRays(KeptGroups):
         yield 0.0
         receivers, total = read_places(state.facets, self.surface, self.points, normals, inward), 1 + len(state.sources)
         for k, source in enumerate(state.sources):
-            tolerance = np.full(len(receivers), self._tolerance(state, k))
-            steps = Shares(state.facets, [source], state.counts).at(receivers, tolerance, READ[state.target > COARSE])
+            one, told = Shares(state.facets, [source], state.counts), self._tolerance(state, k)
+            steps = one.at(receivers, told, state.target, READ[state.target > COARSE])
             self.factor[:, k] = (yield from mapped(steps, lambda _, k=k: k / total))[0][:, 0]
         light = np.zeros((len(receivers), 3))
         for j, direction in enumerate(directions(state.read)):
