@@ -17,6 +17,7 @@ from .aimed import Spot, spots_of
 from .covered import covered_places, mean_over_open, without
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
+from .near import NearHits
 from .nodes import FINEST, LIT, PLACES, Nodes
 from .placed import Placed
 from .rows import Gathered, Traced, directions, one_bundle, sky_alone, sky_missed
@@ -166,17 +167,19 @@ class RayState:
         (n, 3); yields."""
         n, nodes, scene = len(receivers), self.nodes, self.scene
         total, weight = np.zeros((2, n, 3)), np.zeros((2, n))
-        sent = self.sent.astype(np.float32)
+        sent, near = self.sent.astype(np.float32), NearHits(self, receivers)
         for j, direction in enumerate(directions(count)):
-            hit, node, basis, cosine, missed = yield from one_bundle(self.facets, nodes, receivers, direction)
-            against, cosine, missed = cosine < 0, np.abs(cosine), np.flatnonzero(missed)
-            value = np.einsum("hk,hkc->hc", basis, sent.take(node, axis=0))
+            bundle = yield from one_bundle(self.facets, nodes, receivers, direction)
+            hit, cosine, missed = bundle.hit, np.abs(bundle.cosine), np.flatnonzero(bundle.missed)
+            value = np.einsum("hk,hkc->hc", bundle.basis, sent.take(bundle.node, axis=0))
             total[j % 2, hit] += cosine[hit, None] * value
+            near.add(j % 2, bundle)
             if len(missed) and (scene.sky is not None or scene.background.any()):
                 sky = scene.sky_at(np.stack([direction, -direction]))
-                total[j % 2, missed] += cosine[missed, None] * sky[against[missed].astype(int)]
+                total[j % 2, missed] += cosine[missed, None] * sky[(bundle.cosine[missed] < 0).astype(int)]
             weight[j % 2] += cosine
         self.counts["rays"] += n * count
+        total += yield from near.settle()
         a, b = total / np.maximum(weight, 1e-300)[..., None]
         return total.sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None], (a - b) / 2
 

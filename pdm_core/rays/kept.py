@@ -8,6 +8,7 @@ from ..read_off import check_same_shapes
 from ..signs_of_life import mapped
 from .beside import read_places
 from .direct import COARSE, READ, Shares
+from .near import NearHits
 from .rows import MISS, directions, one_bundle
 from .sources import Emitter
 
@@ -40,10 +41,11 @@ class KeptRays(KeptGroups):
             one, told = Shares(state.facets, [source], state.counts), self._tolerance(state, k)
             steps = one.at(receivers, told, state.target, READ[state.target > COARSE])
             self.factor[:, k] = (yield from mapped(steps, lambda _, k=k: k / total))[0][:, 0]
-        light = np.zeros((len(receivers), 3))
+        light, near = np.zeros((len(receivers), 3)), NearHits(state, receivers)
         for j, direction in enumerate(directions(state.read)):
-            yield from self._along(state, receivers, j, direction, light)
+            yield from self._along(state, receivers, j, direction, light, near)
             yield (len(state.sources) + j / state.read) / total
+        light += (yield from mapped(near.settle(), lambda _: 1.0)).sum(axis=0)
         self.outside.settle()
         for array in (light, self.rows):
             array /= self.outside.total[:, None]
@@ -55,14 +57,16 @@ class KeptRays(KeptGroups):
         own = np.sqrt((weight * lit**2).sum() / max(weight.sum(), 1e-300))
         return state.target * max(own, FAINT * state.level)
 
-    def _along(self, state, receivers, j, direction, light):
+    def _along(self, state, receivers, j, direction, light, near):
         """Adds what the points see along the j-th direction (3,); yields."""
-        hit, node, basis, cosine, missed = yield from one_bundle(state.facets, state.nodes, receivers, direction)
-        basis = basis * np.abs(cosine[hit, None])
+        bundle = yield from one_bundle(state.facets, state.nodes, receivers, direction)
+        hit, node, cosine = bundle.hit, bundle.node, bundle.cosine
+        near.add(0, bundle)
+        basis = bundle.basis * np.abs(cosine[hit, None])
         light[hit] += np.einsum("hk,hkc->hc", basis, state.sent[node])
         for column, weight in zip(self.of[node].T, basis.T, strict=True):
             self.rows[hit, column] += weight
-        self.outside.add(j, cosine, missed)
+        self.outside.add(j, cosine, bundle.missed)
 
     def _between_groups(self, nodes, traced):
         weight = self.part / np.maximum(np.abs(traced.cosine).sum(axis=1), 1e-30)
