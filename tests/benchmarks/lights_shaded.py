@@ -222,14 +222,20 @@ def row(where, name, kind, settings, target, bake):
     return {**found, "vertices": len(ours), "cpu_seconds": start, "cycles_seconds": seconds}
 
 
+def keep(output, version, rows, about):
+    """Writes the rows of this version of Blender beside those of others."""
+    tables = json.loads(Path(output).read_text())["tables"] if Path(output).exists() else {}
+    save(output, {"machine": machine(), **about, "tables": {**tables, version: rows}})
+
+
 def main(output=None, target="0.01", part=""):
     module = extension()
     sys.modules["pdm_extension"].register()
     bake = module("operators.baking.bake")
     rows, version = [], ".".join(map(str, bpy.app.version[:2]))
     print(f"{'light':44} {'L2 %':>7} {'worst %':>8} {'noise %':>8} {'stated %':>8} {'CPU s':>6}   (Blender {version})")
-    for where in SCENES:
-        for name, kind, settings in cases():
+    for name, kind, settings in cases():
+        for where in SCENES:
             if part not in f"{where}: {name}":
                 continue
             rows.append(row(where, name, kind, settings, float(target), bake))
@@ -237,10 +243,8 @@ def main(output=None, target="0.01", part=""):
             numbers = [100 * found[key] for key in ("l2", "worst", "noise", "stated")]
             print(f"{where + ': ' + name:44} {numbers[0]:7.3f} {numbers[1]:8.3f} {numbers[2]:8.3f} {numbers[3]:8.3f} "
                   f"{found['cpu_seconds']:6.1f} {found['cycles_seconds']:6.1f}", flush=True)  # fmt: skip
-    if output:
-        tables = json.loads(Path(output).read_text())["tables"] if Path(output).exists() else {}
-        about = {"machine": machine(), "samples": SAMPLES, "bounces": BOUNCES, "target": float(target)}
-        save(output, {**about, "tables": {**tables, version: rows}})
+            if output:
+                keep(output, version, rows, {"samples": SAMPLES, "bounces": BOUNCES, "target": float(target)})
     sys.modules["pdm_extension"].unregister()
 
 

@@ -6,17 +6,14 @@ An equirectangular image whose sun is four pixels, and each type of sky texture 
 over the floor with a ball and a box of lights_shaded.py, where the numbers are told.
 """
 
-import json
 import sys
 import time
 from math import radians
-from pathlib import Path
 
 import bpy
 import lights_shaded as shaded
 import numpy as np
 from lights import extension
-from output import machine, save
 
 MAP = 1024  # pixels of the map by which Cycles samples a world
 
@@ -105,10 +102,9 @@ def main(output=None, target="0.01", part=""):
             numbers = [100 * found[key] for key in ("l2", "worst", "noise", "stated")]
             print(f"{name + (', building' if with_building else ''):40} {numbers[0]:7.3f} {numbers[1]:8.3f} "
                   f"{numbers[2]:8.3f} {numbers[3]:8.3f} {found['cpu_seconds']:6.1f}", flush=True)  # fmt: skip
-    if output:
-        tables = json.loads(Path(output).read_text())["tables"] if Path(output).exists() else {}
-        about = {"machine": machine(), "samples": shaded.SAMPLES["floor"], "target": float(target)}
-        save(output, {**about, "tables": {**tables, version: rows}})
+            if output:
+                about = {"samples": shaded.SAMPLES["floor"], "target": float(target)}
+                shaded.keep(output, version, rows, about)
     sys.modules["pdm_extension"].unregister()
 
 
