@@ -11,7 +11,8 @@ from .placed import Placed
 
 UNEVEN = 0.5  # of the target and the mean light: root mean square within a cell from which on it is looked at
 REACH = 4.0  # sizes of a cell within which a hit is near
-MOST = 1 << 17  # hits that are worked out anew, the nearest ones
+MOST, PAIRS = 1 << 16, 1 << 20  # hits, and pairs of them and sources, that are worked out anew: the nearest ones
+KEPT = 4  # times as many are kept meanwhile
 
 
 class NearHits:
@@ -22,7 +23,8 @@ class NearHits:
         uneven = state.spread * nodes.reflectance.max(axis=1, initial=0.0)
         least = UNEVEN * state.target * state.level * nodes.reflectance.max(initial=0.0)
         self.reach = np.where(uneven > least, REACH * np.sqrt(nodes.weight), 0.0)
-        self.found = []
+        self.most = min(MOST, PAIRS // max(len(state.sources), 1))
+        self.found, self.count = [], 0
 
     def add(self, half, bundle):
         """Takes the near ones of a OneBundle's hits; half: of the directions, to which it belongs."""
@@ -38,6 +40,15 @@ class NearHits:
         who = bundle.hit[some]
         parts = who, np.abs(bundle.cosine[who]), np.full(len(some), half), far[near], place[near]
         self.found.append((*parts, bundle.facet[some], bundle.front[some], bundle.node[some], bundle.basis[some]))
+        self.count += len(some)
+        if self.count > KEPT * self.most:
+            self.found, self.count = [self._nearest()], self.most
+
+    def _nearest(self):
+        """The nearest of all that were found, as arrays."""
+        parts = [np.concatenate(part) for part in zip(*self.found)]
+        nearest = np.argsort(parts[3], kind="stable")[: self.most]
+        return [part[nearest] for part in parts]
 
     def settle(self):
         """Generator with a sign of life a bundle; returns (2, n, 3), what each half of the directions tells more."""
@@ -45,9 +56,7 @@ class NearHits:
         if not self.found:
             return out
         state, facets = self.state, self.state.facets
-        parts = [np.concatenate(part) for part in zip(*self.found)]
-        nearest = np.argsort(parts[3], kind="stable")[:MOST]
-        who, cosine, half, _, place, facet, front, node, basis = (part[nearest] for part in parts)
+        who, cosine, half, _, place, facet, front, node, basis = self._nearest()
         own = facets.surface[facet, np.where(front, 0, 1)]
         triangle = facet - facets.first[facets.shape[facet]]
         there = Placed(facets, own, place + facets.centre, triangle=triangle)
