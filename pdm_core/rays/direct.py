@@ -45,7 +45,8 @@ class Shares:
             factor[:, k] = 0.0
             light = whole[lit] * source.colour.max()
             # each source's part of the square of what is unsure is its part of the light
-            unsure = UNSURE * np.sqrt(light * total[lit]) / np.maximum(tolerance, relative * total[lit])
+            may = np.maximum(np.maximum(tolerance, relative * total[lit]), 1e-300)
+            unsure = UNSURE * np.sqrt(light * total[lit]) / may
             needed = unsure ** (1 / POWER) / 2
             share, off = np.ones((len(lit), 3)), np.zeros(len(lit))
             few = points[0] // FACTOR

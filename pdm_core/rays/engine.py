@@ -280,7 +280,9 @@ class RayState:
         self.facets = self.nodes.facets
         self._take_sources(relit(self.sources, scene))
         self.looked = None  # of the old light
+        before = np.linalg.norm(self.direct, axis=1)
         self.link()
+        self.spread = self.spread * np.linalg.norm(self.direct, axis=1) / np.maximum(before, 1e-300)
 
     # -- refinement ----------------------------------------------------------------------------------------------
 
