@@ -19,6 +19,8 @@ __all__ = ["AreaLight", "Light", "PointLight", "SpotLight", "SunLight"]
 CORNERS = 96  # of a polygon of an ellipse's area; what a point receives from it is off by less than 1e-5
 BEAM_CORNERS = 32  # the same of one with a spread, less than 1e-4
 CHUNK = 4096  # points
+WIDE = np.radians(60)  # half angle of a cone from which on it is no beam
+RIM, RIM_MARGIN = 64, 1.01  # directions along the edge of a stretched cone; what lies between them
 
 
 def _label(name):
@@ -76,7 +78,7 @@ class PointLight(Light):
 
     def samples(self, count):
         """positions (k, 3) m, normals (k, 3) or None, weights (k,)"""
-        if self.radius == 0:
+        if self.radius == 0 or count == 1:
             return self.position[None].copy(), None, np.ones(1)
         normals = lattice(2 * count)  # half of them look away from any point
         return self.position + self.radius * normals, normals, np.full(2 * count, 1 / (2 * count))
@@ -118,6 +120,16 @@ class SpotLight(PointLight):
         x = np.clip((cosine - edge) / max((1 - edge) * self.blend, 1e-9), 0.0, 1.0)
         return x * x * (3 - 2 * x)
 
+    @cached_property
+    def beam(self):
+        """See Light."""
+        turn, axes = 2 * np.pi * np.arange(RIM) / RIM, np.linalg.inv(self.to_cone)
+        edge = np.full(RIM, np.sin(self.angle / 2))
+        rim = np.column_stack([edge * np.cos(turn), edge * np.sin(turn), np.full(RIM, -np.cos(self.angle / 2))])
+        axis, rim = unit(-axes[:, 2]), unit(rim @ axes.T)
+        half = np.arctan2(np.linalg.norm(np.cross(rim, axis), axis=1), rim @ axis).max() * RIM_MARGIN
+        return _beam(self.position, axis, half, self.radius)
+
     def unoccluded(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for 1 W, horizon-clipped"""
         points, normals = np.asarray(points, float), np.asarray(normals, float)
@@ -128,12 +140,17 @@ class SpotLight(PointLight):
             return whole * self.pattern(-unit(offset))
         half = np.arctan2(self.radius, distance)
         if not self.faces:
-            half = np.where(distance > self.radius, np.arcsin(np.minimum(self.radius / distance, 1.0)), 0.0)
+            half = np.where(distance > self.radius, np.arcsin(self.radius / np.maximum(distance, self.radius)), 0.0)
         share = np.ones(len(points))
         outside = np.flatnonzero((distance > self.radius) & (whole > 0))
         for part in np.array_split(outside, len(outside) // CHUNK + 1):
             share[part] = across_cone(self.pattern, unit(offset[part]), normals[part], half[part])
         return whole * share
+
+
+def _beam(centre, axis, half, radius):
+    """The cone about all cones of a half angle from a ball of that radius about the centre, see Light.beam."""
+    return (centre - axis * radius / np.sin(half), axis, half) if half < WIDE else None
 
 
 class SunLight(Light):
@@ -163,7 +180,7 @@ class SunLight(Light):
 
     def samples(self, count):
         """Unit directions towards the light (k, 3), None, weights (k,)"""
-        if self.angle == 0:
+        if self.angle == 0 or count == 1:
             return -self.direction[None], None, np.ones(1)
         cone = lattice_of_cone(count, -self.direction, np.cos(min(self.angle, np.pi) / 2))
         return cone, None, np.full(count, 1 / count)
@@ -227,6 +244,12 @@ class AreaLight(Light):
     @property
     def _is_even(self):
         return self.spread > np.pi * (1 - 1e-6)
+
+    @property
+    def beam(self):
+        """See Light."""
+        radius = np.sqrt(self.u @ self.u + self.v @ self.v) / 2
+        return _beam(self.centre, self.normal, self.spread / 2, radius)
 
     def pattern(self, directions):
         """Unit directions (..., 3) in which light leaves -> (...) its radiance relative to that of an even light"""

@@ -20,11 +20,13 @@ LOST = 2.0  # tolerances: a shape no larger is not told from none
 
 class Light:
     """A lamp, see lights.py: name; colour (3,), what its sizes are multiplied by; distant: its samples are directions;
-    shadows: whether anything blocks its light."""
+    shadows: whether anything blocks its light; beam: of one that shines into a cone, apex (3,) m, unit axis (3,) and
+    half angle of a round cone that holds all its light, else None."""
 
     name = ""
     distant = False
     shadows = True
+    beam = None
 
     def unoccluded(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where colour is 1, horizon-clipped"""

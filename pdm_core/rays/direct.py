@@ -14,8 +14,8 @@ COARSE = 0.02  # target from which on few points of a source will do
 READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and at most, by whether the target is coarse
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
-FAINT = 0.1  # of the tolerance: a source whose whole light is less is judged by one point
 UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is seen: UNSURE / (2 n)^POWER, about
+MANY = 8  # sources, from which on the penumbra of each one is looked for by few points
 UNSEEN = 1e-12
 BETWEEN = 0.3  # of a source's light that its points do not stand for: more of them are needed
 DIMMEST = 1e-6  # of a pattern, so that the whole lamp counts where its beam passes between the points that stand for it
@@ -28,32 +28,41 @@ class Shares:
     def __init__(self, facets, sources, counts):
         self.facets, self.sources, self.counts = facets, sources, counts
 
-    def at(self, receivers, tolerance, points):
+    def at(self, receivers, tolerance, relative, points):
         """Generator with a sign of life a bundle; returns factor (n, k, 3) and error (n,) of the light.
 
-        tolerance (n,): of irradiance / pi, for all sources together; points: of a source, at first and at most."""
+        tolerance: of irradiance / pi, for all sources together, or relative, of the light there unhidden, where that is
+        more; points: of a source, at first and at most."""
         n = len(receivers)
-        factor, error2 = np.zeros((n, len(self.sources), 3), np.float32), np.zeros(n)
+        factor, error2, total = np.zeros((n, len(self.sources), 3), np.float32), np.zeros(n), np.zeros(n)
         for k, source in enumerate(self.sources):
-            whole = yield from self._unoccluded(source, receivers)
+            factor[:, k] = (yield from self._unoccluded(source, receivers))[:, None]
+            total += factor[:, k, 0] * source.colour.max()
+        for k, source in enumerate(self.sources):
             if not source.shadows:
-                factor[:, k] = whole[:, None]
                 continue
-            light = whole * source.colour.max()
+            whole = factor[:, k, 0].astype(float)
             lit = np.flatnonzero(whole > UNSEEN * max(whole.max(initial=0.0), 1e-300))
-            faint = light[lit] < FAINT * tolerance[lit]
+            factor[:, k] = 0.0
+            light = whole[lit] * source.colour.max()
+            # each source's part of the square of what is unsure is its part of the light
+            may = np.maximum(np.maximum(tolerance, relative * total[lit]), 1e-300)
+            unsure = UNSURE * np.sqrt(light * total[lit]) / may
+            needed = unsure ** (1 / POWER) / 2
             share, off = np.ones((len(lit), 3)), np.zeros(len(lit))
-            for some, count in ((faint, 1), (~faint, points[0])):
-                some = np.flatnonzero(some)
+            few = points[0] // FACTOR
+            most = points[0] if len(self.sources) <= MANY else few
+            begun = np.select([needed <= 1, needed <= few], [1, few], most)
+            for count in np.unique(begun):
+                some = np.flatnonzero(begun == count)
                 while len(some):
                     part = receivers.take(lit[some])
                     share[some], off[some], partly = yield from self._share(source, part, count, whole[lit[some]])
-                    unsure = UNSURE / (2 * count) ** POWER * light[lit[some]] * np.sqrt(len(self.sources))
-                    again = partly & (unsure > tolerance[lit[some]]) & (count > 1)
+                    again = partly & (needed[some] > count)
                     count *= FACTOR
                     some = some[again] if count <= points[1] else some[:0]
             factor[lit, k] = whole[lit, None] * share
-            error2[lit] += (light[lit] * off) ** 2
+            error2[lit] += (light * off) ** 2
         return factor, np.sqrt(error2)
 
     def _unoccluded(self, source, receivers):

@@ -13,10 +13,12 @@ from ..numerics import gmres
 from ..plan import RAY_MEMORY
 from ..read_off import materials_at, spread_points
 from ..signs_of_life import finish, in_thread
+from .aimed import Spot, spots_of
 from .amplified import amplification, passed_on
 from .covered import covered
 from .direct import AT_NODES, COARSE, READ, Shares
 from .facets import Facets
+from .near import NearHits
 from .nodes import LIT, Nodes
 from .placed import Placed
 from .rows import Gathered, Traced, directions, one_bundle, sky_alone, sky_missed
@@ -31,6 +33,7 @@ LEAST_TOLD = 1e-3
 SOLVED = 0.02  # relative residual of the linear system, of the target
 STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
+TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
 SHARES = {"rays": 0.75, "shadows": 0.3, "nodes": 0.3, "sent": 0.5}  # of the error that is left, each part's at most
 REACHED = 0.95  # of the target: what is worked towards
@@ -61,6 +64,7 @@ class RayState:
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
         self.spread = np.zeros(0)  # of the direct light within each node's cell
         self.unsure_lit = np.zeros(0)  # how far the direct light at a node's places may be off
+        self.beamed = None  # (sources,) whether its light goes on by way of spots, sources too, and not of nodes
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
         self.error, self.level = float("inf"), 0.0
@@ -81,14 +85,17 @@ class RayState:
         kept, changed = self.nodes.uncover(new, covered(self.traced, self.nodes, new))
         self.traced, old = self.traced.moved(len(kept), kept), old[kept]
         yield from self.trace(changed)
+        new = np.flatnonzero(old < 0)
+        lit, told = self.nodes.lit_places(new), AT_NODES_TOLD * self.target
+        each, off = yield from self.shares.at(lit, told * self.scale(), told, AT_NODES)
+        if self.beamed is None:
+            each = np.concatenate([each, (yield from self._take_spots(each, lit, told))], axis=1)
+            self.factor = np.zeros((0, *each.shape[1:]), np.float32)
+        each[:, self.beamed] = 0.0
+        each = each.reshape(len(new), LIT, *each.shape[1:])
         self.factor, self.spread, self.unsure_lit = (
             _carried(a, old) for a in (self.factor, self.spread, self.unsure_lit)
         )
-        new = np.flatnonzero(old < 0)
-        lit = self.nodes.lit_places(new)
-        tolerance = np.full(len(lit), AT_NODES_TOLD * self.target * self.scale())
-        each, off = yield from self.shares.at(lit, tolerance, AT_NODES)
-        each = each.reshape(len(new), LIT, *each.shape[1:])
         self.unsure_lit[new] = np.sqrt((off.reshape(len(new), LIT) ** 2).mean(axis=1))
         self.factor[new] = each.mean(axis=1)
         self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
@@ -98,6 +105,23 @@ class RayState:
         """Rays of the nodes which (k,), from each of their places in turn; yields."""
         yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(which, j), which)
         self.counts["rays"] += len(which) * len(self.traced.directions)
+
+    def _take_spots(self, each, lit, told):
+        """Adds spots of narrow beams to the sources, where places lit have factors each (n, k, 3); returns those of the
+        spots (n, spots, 3), of which so much may be off; yields."""
+        spots = yield from spots_of(self, (each > 0).any(axis=2).sum(axis=0))
+        steps = Shares(self.facets, spots, self.counts).at(lit, told * self.scale(), told, AT_NODES)
+        own = (yield from steps)[0]
+        self._take_sources(self.sources + spots)
+        return own
+
+    def _take_sources(self, sources):
+        self.sources = sources
+        self.light = np.array([s.colour for s in sources]).reshape(-1, 3)
+        self.shares = Shares(self.facets, sources, self.counts)
+        self.beamed = np.zeros(len(sources), bool)
+        self.spots = [s for s in sources if isinstance(s, Spot)]
+        self.beamed[[s.beam_of for s in self.spots]] = True
 
     def scale(self):
         """Irradiance / pi that tolerances refer to: before any is known, the sources' own over the scene."""
@@ -134,12 +158,14 @@ class RayState:
         self.sent = rho * self.received + self.shining
         weight, reflected = self.nodes.weight, rho * self.received
         square = np.bincount(self.nodes.surface, weight * (reflected**2).sum(axis=1), len(self.scene))
-        self.surface_norms = np.sqrt(square)
-        self.norm = float(np.sqrt(square.sum()))
+        spots = np.bincount([s.index for s in self.spots], [s.square for s in self.spots], len(self.scene))
+        self.surface_norms = np.sqrt(square + spots)
+        self.norm = float(np.sqrt((square + spots).sum()))
         reflecting = max(self.scene.areas[self.reflects].sum(), 1e-300)
-        # of each surface: the mean square that its errors count against
-        self.own_square = np.maximum(square / self.scene.areas, DIM**2 * self.norm**2 / reflecting)
-        self.level = self.norm / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3)
+        # of each surface: the mean square that its errors count against; a bright spot in a dim room makes none good
+        self.own_square = np.maximum(square / self.scene.areas, DIM**2 * square.sum() / reflecting)
+        usual = np.sqrt(square.sum()) if square.any() else self.norm
+        self.level = float(usual / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3))
         once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
         left = rho * self.amplified[:, None] * residual
@@ -152,24 +178,26 @@ class RayState:
         (n, 3); yields."""
         n, nodes, scene = len(receivers), self.nodes, self.scene
         total, weight = np.zeros((2, n, 3)), np.zeros((2, n))
-        sent = self.sent.astype(np.float32)
+        sent, near = self.sent.astype(np.float32), NearHits(self, receivers)
         for j, direction in enumerate(directions(count)):
-            hit, node, basis, cosine, missed = yield from one_bundle(self.facets, nodes, receivers, direction)
-            against, cosine, missed = cosine < 0, np.abs(cosine), np.flatnonzero(missed)
-            value = np.einsum("hk,hkc->hc", basis, sent.take(node, axis=0))
+            bundle = yield from one_bundle(self.facets, nodes, receivers, direction)
+            hit, cosine, missed = bundle.hit, np.abs(bundle.cosine), np.flatnonzero(bundle.missed)
+            value = np.einsum("hk,hkc->hc", bundle.basis, sent.take(bundle.node, axis=0))
             total[j % 2, hit] += cosine[hit, None] * value
+            near.add(j % 2, bundle)
             if len(missed) and (scene.sky is not None or scene.background.any()):
                 sky = scene.sky_at(np.stack([direction, -direction]))
-                total[j % 2, missed] += cosine[missed, None] * sky[against[missed].astype(int)]
+                total[j % 2, missed] += cosine[missed, None] * sky[(bundle.cosine[missed] < 0).astype(int)]
             weight[j % 2] += cosine
         self.counts["rays"] += n * count
+        total += yield from near.settle()
         a, b = total / np.maximum(weight, 1e-300)[..., None]
         return total.sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None], (a - b) / 2
 
     def lit(self, receivers, roughly=False):
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
-        tolerance = np.full(len(receivers), self.told * self.target * self.level)
-        return (yield from self.shares.at(receivers, tolerance, READ[roughly or self.target > COARSE]))
+        told, points = self.told * self.target, READ[roughly or self.target > COARSE]
+        return (yield from self.shares.at(receivers, told * self.level, TOLD_BRIGHT * told, points))
 
     def incident(self, receivers, roughly=False):
         """Irradiance / pi (n, 3) at receivers, how far its direct part (n,) and the rest (n, 3) may be off; yields."""
@@ -259,8 +287,9 @@ class RayState:
     @property
     def idle(self):
         """Names of what shines but comes to no place of any node: all of it is hidden, or what it lights is smaller."""
-        seen = (self.factor > 0).any(axis=(0, 2))
-        return [s.name for s, some in zip(self.sources, seen) if not some and s.colour.any() and len(self.factor)]
+        seen = (self.factor > 0).any(axis=(0, 2)) | self.beamed
+        lamps = zip(self.sources[: len(seen) - len(self.spots)], seen)
+        return [s.name for s, some in lamps if not some and s.colour.any() and len(self.factor)]
 
     def nothing(self):
         """Where no light is."""
@@ -273,11 +302,11 @@ class RayState:
         self.scene, self.started, self.counts, self.history = scene, time.perf_counter(), Counter(), []
         self.nodes = self.nodes.of(scene)
         self.facets = self.nodes.facets
-        self.sources = relit(self.sources, scene)
-        self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
-        self.shares = Shares(self.facets, self.sources, self.counts)
+        self._take_sources(relit(self.sources, scene))
         self.looked = None  # of the old light
+        before = np.linalg.norm(self.direct, axis=1)
         self.link()
+        self.spread = self.spread * np.linalg.norm(self.direct, axis=1) / np.maximum(before, 1e-300)
 
     # -- refinement ----------------------------------------------------------------------------------------------
 

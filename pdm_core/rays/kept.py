@@ -8,6 +8,7 @@ from ..read_off import check_same_shapes
 from ..signs_of_life import mapped
 from .beside import read_places
 from .direct import COARSE, READ, Shares
+from .near import NearHits
 from .rows import MISS, directions, one_bundle
 from .sources import Emitter
 
@@ -25,6 +26,7 @@ class KeptRays(KeptGroups):
         super().__init__(state.scene, surface, points, of, nodes.surface, nodes.weight, count, channels=3)
         self.given, self.reflects = state.scene, state.reflects
         self.emitters = np.array([s.index for s in state.sources if isinstance(s, Emitter)], int)
+        self.spots, self.straight_on = state.spots, count - len(state.spots)
         self.take_nodes(state.factor, nodes.reflectance)
         self.shines = state.by_rays[self.group_surface][:, None]
         self.outside = _Sky(len(points), state.read, state.scene)
@@ -36,13 +38,14 @@ class KeptRays(KeptGroups):
         yield 0.0
         receivers, total = read_places(state.facets, self.surface, self.points, normals, inward), 1 + len(state.sources)
         for k, source in enumerate(state.sources):
-            tolerance = np.full(len(receivers), self._tolerance(state, k))
-            steps = Shares(state.facets, [source], state.counts).at(receivers, tolerance, READ[state.target > COARSE])
+            one, told = Shares(state.facets, [source], state.counts), self._tolerance(state, k)
+            steps = one.at(receivers, told, state.target, READ[state.target > COARSE])
             self.factor[:, k] = (yield from mapped(steps, lambda _, k=k: k / total))[0][:, 0]
-        light = np.zeros((len(receivers), 3))
+        light, near = np.zeros((len(receivers), 3)), NearHits(state, receivers)
         for j, direction in enumerate(directions(state.read)):
-            yield from self._along(state, receivers, j, direction, light)
+            yield from self._along(state, receivers, j, direction, light, near)
             yield (len(state.sources) + j / state.read) / total
+        light += (yield from mapped(near.settle(), lambda _: 1.0)).sum(axis=0)
         self.outside.settle()
         for array in (light, self.rows):
             array /= self.outside.total[:, None]
@@ -54,14 +57,16 @@ class KeptRays(KeptGroups):
         own = np.sqrt((weight * lit**2).sum() / max(weight.sum(), 1e-300))
         return state.target * max(own, FAINT * state.level)
 
-    def _along(self, state, receivers, j, direction, light):
+    def _along(self, state, receivers, j, direction, light, near):
         """Adds what the points see along the j-th direction (3,); yields."""
-        hit, node, basis, cosine, missed = yield from one_bundle(state.facets, state.nodes, receivers, direction)
-        basis = basis * np.abs(cosine[hit, None])
+        bundle = yield from one_bundle(state.facets, state.nodes, receivers, direction)
+        hit, node, cosine = bundle.hit, bundle.node, bundle.cosine
+        near.add(0, bundle)
+        basis = bundle.basis * np.abs(cosine[hit, None])
         light[hit] += np.einsum("hk,hkc->hc", basis, state.sent[node])
         for column, weight in zip(self.of[node].T, basis.T, strict=True):
             self.rows[hit, column] += weight
-        self.outside.add(j, cosine, missed)
+        self.outside.add(j, cosine, bundle.missed)
 
     def _between_groups(self, nodes, traced):
         weight = self.part / np.maximum(np.abs(traced.cosine).sum(axis=1), 1e-30)
@@ -82,8 +87,17 @@ class KeptRays(KeptGroups):
         check_light(self.given, self.reflects, scene)
 
     def colours(self, scene):
-        lamps = np.array([lamp.colour for lamp in scene.lights]).reshape(-1, 3)
-        return np.concatenate([scene.emission[self.emitters], lamps])
+        colours = [*scene.emission[self.emitters], *(np.asarray(lamp.colour, float) for lamp in scene.lights)]
+        colours += [spot.colour_of(scene, colours[spot.beam_of]) for spot in self.spots]
+        return np.array(colours).reshape(-1, 3)
+
+    def light(self, scene, changed):
+        straight, reflected = super().light(scene, changed)
+        if not self.spots:
+            return straight, reflected
+        # what spots of narrow beams send has been reflected once
+        once = np.einsum("nkc,kc->nc", self.factor[:, self.straight_on :], self.colours(scene)[self.straight_on :])
+        return straight - once, reflected + once
 
     def shining(self, scene):
         return np.where(self.shines, scene.emission[self.group_surface], 0.0)

@@ -29,6 +29,7 @@ BENT = 0.2  # of how far values vary over a face between its own vertices: how f
 FINEST = 256  # parts of a mesh along its length, into which its faces are cut at most
 WHOLE = 0.95  # of a mesh's vertices, with their normals: when so many are on their own it is no use to part the others
 MERGED = 1.0  # size of the cells in which a mesh's vertices are merged, of a chart's cell
+BESIDE = (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)  # steps to a cell's neighbours
 SIDES = 6  # of the directions in which their normals are told apart
 
 
@@ -211,6 +212,25 @@ class Nodes:
             setattr(self, name, getattr(self, name)[kept])
         self.__dict__.pop("weight", None)
         return kept, np.searchsorted(kept, changed)
+
+    def shut(self, closed):
+        """The same nodes; cells that are closed (n,), which nobody sees, are taken for an open one beside them, if any:
+        what is seen next to them is then between open ones."""
+        own = np.repeat(np.arange(len(self.grid)), self.grid)
+        shut = np.flatnonzero(closed[self.alias])
+        own, alias = own[shut], self.alias.copy()
+        column, row = np.divmod(shut - self.grid_first[own], np.maximum(self.cells[own, 1], 1))
+        found = np.zeros(len(shut), bool)
+        for a, b in BESIDE:
+            i = np.where(self.is_ball[own], (column + a) % np.maximum(self.cells[own, 0], 1), column + a)
+            there = (i >= 0) & (i < self.cells[own, 0]) & (row + b >= 0) & (row + b < self.cells[own, 1])
+            some = np.flatnonzero(there & ~found)
+            beside = self.alias[self.grid_first[own[some]] + i[some] * self.cells[own[some], 1] + row[some] + b]
+            some, beside = some[~closed[beside]], beside[~closed[beside]]
+            alias[shut[some]], found[some] = beside, True
+        new = copy.copy(self)
+        new.alias = alias
+        return new
 
     def of(self, scene):
         """The same nodes on the same shapes of another scene."""

@@ -1,5 +1,7 @@
 """What receivers get from the nodes: hits of their rays as sparse rows, in halves of the rays for the error."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..shapes.shape import lattice
@@ -50,16 +52,31 @@ class Traced:
         return new
 
 
+@dataclass
+class OneBundle:
+    """Rays of n receivers along a direction, or against it: hit (h,), which of them meet what sends light, its facet,
+    at (h, 2) and front (h,), its nodes and weights, node, basis (h, 4); cosine (n,), negative against the direction;
+    missed (n,) bool: which meet nothing."""
+
+    hit: np.ndarray
+    facet: np.ndarray
+    at: np.ndarray
+    front: np.ndarray
+    node: np.ndarray
+    basis: np.ndarray
+    cosine: np.ndarray
+    missed: np.ndarray
+
+
 def one_bundle(facets, nodes, receivers, direction):
-    """Rays of n receivers along a direction (3,), or against it: generator with a sign of life; returns which of them
-    meet what sends light (h,), its nodes and weights (h, 4), cosines (n,), negative against the direction, and which
-    meet nothing (n,) bool."""
+    """Generator with a sign of life; returns the OneBundle of receivers along a direction (3,)."""
     one = Traced(len(receivers), direction[None])
     yield from one.trace(facets, lambda _: receivers, np.arange(len(receivers)))
     code = one.code[:, 0]
     hit = np.flatnonzero((code >= 0) & (len(nodes) > 0))  # nothing is sent where all is black
-    node, basis = nodes.columns(code[hit] >> 1, one.at[hit, 0], (code[hit] & 1) == 0)
-    return hit, node, basis, one.cosine[:, 0], code == MISS
+    facet, front, at = code[hit] >> 1, (code[hit] & 1) == 0, one.at[hit, 0]
+    node, basis = nodes.columns(facet, at, front)
+    return OneBundle(hit, facet, at, front, node, basis, one.cosine[:, 0], code == MISS)
 
 
 class Gathered:

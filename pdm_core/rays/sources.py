@@ -10,10 +10,10 @@ from .bundles import TOUCHING
 class Source:
     """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it;
     shadows: whether any does; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even; is_surface:
-    whether samples' weights are areas."""
+    whether samples' weights are areas; beam: see Light."""
 
     distant, skip, lift = False, -1, 0.0
-    shadows, pattern, is_surface = True, None, False
+    shadows, pattern, beam, is_surface = True, None, None, False
 
     def __init__(self, colour, name):
         self.colour, self.name = np.asarray(colour, float), name
@@ -21,6 +21,10 @@ class Source:
     def against(self, points, normals):
         """(n,) Whether it gives nothing there, as it lies against the shape or the point is within it."""
         return np.zeros(len(points), bool)
+
+    def take_light(self, scene, before):
+        """Becomes what it is under another scene's light; before: the sources before it, under that light."""
+        raise NotImplementedError
 
 
 class Emitter(Source):
@@ -37,6 +41,10 @@ class Emitter(Source):
         self.lift, self.tolerance = self.shape.lift, facets.tolerance
         layer = facets.moved[scene.shape_of[index]]  # m; what lies over it, in its plane, hides it
         self.offset = layer * self.shape.normal if layer else np.zeros(3)
+
+    def take_light(self, scene, before):
+        """See Source."""
+        self.surface, self.colour = scene.surfaces[self.index], scene.emission[self.index]
 
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi where the radiance is 1 and nothing hides it."""
@@ -65,13 +73,18 @@ class Emitter(Source):
 
 
 class Lamp(Source):
-    """One of Scene.lights."""
+    """Scene.lights[number]."""
 
-    def __init__(self, light):
+    def __init__(self, light, number):
         super().__init__(light.colour, light.name)
-        self.light, self.distant = light, light.distant
+        self.light, self.number, self.distant = light, number, light.distant
         self.unoccluded, self.samples = light.unoccluded, light.samples
-        self.pattern, self.shadows = light.pattern, light.shadows
+        self.pattern, self.shadows, self.beam = light.pattern, light.shadows, light.beam
+
+    def take_light(self, scene, before):
+        """See Source."""
+        self.light = scene.lights[self.number]
+        self.colour = np.asarray(self.light.colour, float)
 
     def tint(self, points):
         """A light is of one colour."""
@@ -80,14 +93,10 @@ class Lamp(Source):
 
 def relit(sources, scene):
     """The same sources under the light of another scene of the same shapes and lights."""
-    lights, out = iter(scene.lights), []
+    out = []
     for source in sources:
         new = copy.copy(source)
-        if isinstance(source, Emitter):
-            new.surface, new.colour = scene.surfaces[source.index], scene.emission[source.index]
-        else:
-            new.light = next(lights)
-            new.colour = np.asarray(new.light.colour, float)
+        new.take_light(scene, out)
         out.append(new)
     return out
 
@@ -97,4 +106,4 @@ def sources_of(facets, by_rays):
     scene = facets.scene
     shines = (scene.emission > 0).any(axis=1) & ~by_rays
     emitters = [Emitter(facets, k) for k in np.flatnonzero(shines)]
-    return emitters + [Lamp(light) for light in scene.lights]
+    return emitters + [Lamp(light, k) for k, light in enumerate(scene.lights)]

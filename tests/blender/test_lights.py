@@ -141,6 +141,25 @@ def test_exposure_temperature_and_normalize(read):
         bpy.data.objects.remove(made)
 
 
+@pytest.mark.parametrize("kind, settings", [("POINT", {"shadow_soft_size": 0.2}), ("SUN", {}), ("AREA", {})])
+def test_a_light_that_casts_no_shadows(read, kind, settings):
+    receivers()
+    scenes.grid(
+        "Card", 1, 1.5, Matrix.Translation((0.2, -0.1, 1.2))
+    )  # which would hide it from the middle of the floor
+    lamp(kind, energy=30, use_shadow=False, **settings)
+    compare(read)
+
+
+def test_rays_that_see_a_light(read):
+    objects = receivers()
+    made = lamp("POINT", energy=30)
+    made.visible_camera = made.visible_glossy = made.visible_transmission = False
+    compare(read)
+    made.visible_diffuse = False
+    assert read().scene.lights == () and baked_by_cycles(objects, 16).max() == 0
+
+
 def nodes_of(data):
     if not data.node_tree:
         data.use_nodes = True

@@ -56,3 +56,24 @@ def test_a_spread_makes_shadows_sharper(degrees):
         kappa = d[:, 2] * np.maximum(-d @ light.normal, 0) / distance**2 * light.pattern(-d) * open_
         known.append((weights * kappa).sum() * 10 / np.pi**2)
     assert np.abs(seen(light, points)[:, 0] - known).max() < 0.06 * max(known)  # of a target of .1
+
+
+def test_many_lamps_with_penumbrae():
+    """Each is looked at by few points; their sum is right."""
+    rng = np.random.default_rng(4)
+    places = np.column_stack([rng.uniform(-1.5, 1.5, (40, 2)), rng.uniform(1.6, 2.6, 40)])
+    lamps = [PointLight(place, 10.0, 0.3) for place in places]
+    sides = [Surface(BLIND, side=side, name="Blind") for side in ("front", "back")]
+    solution = solve(Scene([FLOOR, *sides], lights=lamps), 0.04)
+    points = on_floor(np.linspace(-1.5, 1.5, 9))
+    known = np.zeros(len(points))
+    for lamp in lamps:
+        position, normal, weight = lamp.samples(1 << 11)
+        d = position - points[:, None]
+        distance = np.linalg.norm(d, axis=2)
+        d /= distance[..., None]
+        open_ = (points[:, None] + d / d[..., 2:])[..., 0] < 0  # the blind is at z = 1
+        kappa = np.maximum(d[..., 2], 0) * np.maximum(-np.einsum("pki,ki->pk", d, normal), 0) / distance**2
+        known += (weight * kappa * open_).sum(axis=1) * 10 / np.pi**2
+    found = solution.irradiance(points, np.tile([0.0, 0.0, 1.0], (len(points), 1)))[:, 0]
+    assert np.sqrt(((found - known) ** 2).mean() / (known**2).mean()) < 0.04

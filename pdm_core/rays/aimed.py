@@ -1,0 +1,193 @@
+"""Narrow beams: lamps that light so few places of the nodes that these would not tell how much light comes down.
+
+Rays of such a lamp's own cone choose points, on all that they pass through, and what these receive is worked out as
+anywhere. What they reflect is a source of its own, a spot for each surface, as no cell holds what is smaller.
+"""
+
+import numpy as np
+
+from ..shapes.shape import unit
+from .direct import AT_NODES, Shares
+from .placed import Placed
+from .sources import Emitter, Source
+
+FEW = 512  # places of nodes: a lamp that lights fewer is worked out along its own rays; they tell it to some 2 %
+RAYS, LEAST_RAYS = 512, 32  # of a lamp; of each one where there are many
+ALL_RAYS = 1 << 13  # of all lamps
+PAIRS = 1 << 19  # of rays and facets, of points and points, at once
+GRAZING = 1e-6  # cosine
+
+
+def spots_of(state, places_lit):
+    """[Spot] of those of a RayState's sources that light few places (sources,) of its nodes; yields."""
+    beams = [k for k, source in enumerate(state.sources) if source.beam and places_lit[k] < FEW]
+    out = []
+    for k in beams:
+        lamp, count = state.sources[k], int(np.clip(ALL_RAYS // len(beams), LEAST_RAYS, RAYS))
+        points = AimedPoints(state.facets, lamp.beam, count)
+        yield from points.light(state, k)
+        out += [Spot(state.facets, k, lamp, points, own) for own in np.unique(points.surface)]
+    return out
+
+
+class AimedPoints:
+    """Where rays of a beam meet a scene, behind each other too: facet, front (p,), place (p, 3) m about the facets'
+    centre, area (p,) m^2 that each stands for; once they are lit surface, factor (p,): irradiance / pi of the source's
+    unit light, normal (p, 3). Any first few are spread over all."""
+
+    def __init__(self, facets, beam, count):
+        apex, axis, half = beam
+        apex = apex - facets.centre
+        some, balls = _within_cone(facets, apex, axis, half)
+        rays, each = _cone(count, axis, half)
+        parts = [_on_facets(facets, some, apex, rays), _on_balls(facets, balls, apex, rays)]
+        ray, self.facet, self.front, self.place, area = (np.concatenate(part) for part in zip(*parts))
+        self.area = each * area
+        self._keep(np.argsort(_reversed(count)[ray], kind="stable"))
+
+    def light(self, state, k):
+        """Works out what source k of a RayState gives at those of the points that send light on; keeps what is lit;
+        yields."""
+        facets = state.facets
+        self.surface = facets.surface[self.facet, np.where(self.front, 0, 1)]
+        self._keep((self.surface >= 0) & state.nodes.sends[self.surface])
+        triangle = self.facet - facets.first[facets.shape[self.facet]]
+        receivers = Placed(facets, self.surface, self.place + facets.centre, triangle=triangle)
+        one = Shares(facets, [state.sources[k]], state.counts)
+        found = yield from one.at(receivers, state.target * state.scale(), state.target, AT_NODES)
+        self.factor = found[0][:, 0, 0].astype(float)
+        self.place, self.normal = receivers.exact - facets.centre, receivers.normals
+        self._keep(self.factor > 0)
+
+    def _keep(self, some):
+        for name, value in vars(self).items():
+            setattr(self, name, value[some])
+
+
+class Spot(Source):
+    """What a beam, the source number `beam_of`, lights of one surface: points that reflect it."""
+
+    def __init__(self, facets, beam_of, lamp, points, index):
+        mine = points.surface == index
+        self.beam_of, self.index, self.centre = beam_of, index, facets.centre
+        self.place, self.normal = points.place[mine], points.normal[mine]
+        self.area, self.weight = points.area[mine], points.area[mine] * points.factor[mine]
+        scene, emitter = facets.scene, Emitter(facets, index)
+        super().__init__(self.colour_of(scene, lamp.colour), f"{lamp.name} on {scene.surfaces[index].name}")
+        self.surface, self.skip, self.against = scene.surfaces[index], emitter.skip, emitter.against
+
+    def colour_of(self, scene, colour):
+        """(3,) of a lamp's colour (3,), what is reflected in the mean."""
+        each = scene.surfaces[self.index].reflectance_at(self.place + self.centre)
+        return colour * np.average(each, axis=0, weights=self.weight)
+
+    @property
+    def square(self):
+        """m^2 times the square of radiance: of what it reflects, all over it and in all channels."""
+        return (self.weight**2 / self.area).sum() * (self.colour**2).sum()
+
+    def take_light(self, scene, before):
+        """The same under other light; before: the sources before it, under that light."""
+        self.colour = self.colour_of(scene, before[self.beam_of].colour)
+        self.surface = scene.surfaces[self.index]
+
+    def unoccluded(self, points, normals):
+        """points, normals (n, 3) -> (n,) irradiance / pi of all its points, the nearest as discs of their area."""
+        out, points = np.zeros(len(points)), points - self.centre
+        step = max(1, PAIRS // len(self.area))
+        for start in range(0, len(points), step):
+            part = slice(start, start + step)
+            d = self.place - points[part, None]
+            square = np.einsum("npi,npi->np", d, d)
+            cosines = np.maximum(np.einsum("npi,ni->np", d, normals[part]), 0.0)
+            cosines *= np.maximum(-np.einsum("npi,pi->np", d, self.normal), 0.0)
+            out[part] = (cosines / np.maximum(square * (np.pi * square + self.area), 1e-300)) @ self.weight
+        return out
+
+    def samples(self, count):
+        """Places (k, 3) m, normals (k, 3), weights (k,)."""
+        return self.place[:count] + self.centre, self.normal[:count], self.weight[:count]
+
+    def tint(self, points):
+        """(k, 3) reflectance of the first k points, of the mean; None where it is the same everywhere."""
+        if not callable(self.surface.reflectance):
+            return None
+        each = self.surface.reflectance_at(self.place + self.centre)
+        return each[: len(points)] / np.maximum(np.average(each, axis=0, weights=self.weight), 1e-300)
+
+
+def _reversed(count):
+    """(count,) ranks of numbers by their reversed bits: any first few of that order are spread over all."""
+    k, out = np.arange(count), np.zeros(count)
+    for bit in range(max(count - 1, 1).bit_length()):
+        out += (k >> bit & 1) / 2.0 ** (bit + 1)
+    return out
+
+
+def _cone(count, axis, half):
+    """Unit directions (count, 3) spread evenly over a cone about a unit axis (3,), and the solid angle of each."""
+    lost = 2 * np.sin(half / 2) ** 2 * (np.arange(count) + 0.5) / count  # 1 less the cosine: exact of narrow cones too
+    ring, turn = np.sqrt(lost * (2 - lost)), np.pi * (1 + np.sqrt(5)) * np.arange(count)
+    x = unit(np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis))
+    local = np.column_stack([ring * np.cos(turn), ring * np.sin(turn), 1 - lost])
+    return local @ np.array([x, np.cross(axis, x), axis]), 4 * np.pi * np.sin(half / 2) ** 2 / count
+
+
+def _within_cone(facets, apex, axis, half):
+    """Facets, and balls, which the cone may meet."""
+    low, high = facets.boxes
+    reach = np.linalg.norm(facets.ball_linear, axis=(1, 2))
+    out = []
+    for centre, radius in (
+        ((low + high).T / 2, np.linalg.norm(high - low, axis=0) / 2),
+        (facets.ball_centre, reach),
+    ):
+        offset = centre - apex
+        distance = np.linalg.norm(offset, axis=1)
+        angle = np.arctan2(np.linalg.norm(np.cross(offset, axis), axis=1), offset @ axis)
+        wide = np.arcsin(np.clip(radius / np.maximum(distance, 1e-300), 0.0, 1.0))
+        out.append(np.flatnonzero((distance <= radius) | (angle <= half + wide + 1e-9)))
+    return out
+
+
+def _on_facets(facets, some, apex, rays):
+    """ray, facet, front, place and area for a solid angle of 1, of points where rays (r, 3) meet facets some (f,)."""
+    o, u, v, n = (a[some] for a in (facets.origin, facets.u, facets.v, facets.normal))
+    height = np.einsum("fi,fi->f", o - apex, n)
+    across = np.cross(u, v)
+    across /= np.maximum(np.einsum("fi,fi->f", across, across), 1e-300)[:, None]
+    parts, step = [], max(1, PAIRS // max(len(some), 1))
+    for start in range(0, len(rays), step):
+        d = rays[start : start + step]
+        cosine = d @ n.T
+        length = height / np.where(np.abs(cosine) > GRAZING, cosine, np.inf)
+        r, k = np.nonzero(length > 0)
+        far = length[r, k]
+        place = apex + far[:, None] * d[r]
+        w = place - o[k]
+        s = np.einsum("pi,pi->p", np.cross(w, v[k]), across[k])
+        t = np.einsum("pi,pi->p", np.cross(u[k], w), across[k])
+        inside = (s >= 0) & (t >= 0) & (np.where(facets.triangle[some[k]], s + t, np.maximum(s, t)) <= 1)
+        r, k, far, place, s, t = (a[inside] for a in (r, k, far, place, s, t))
+        cosine = cosine[r, k]
+        parts.append((start + r, some[k], cosine < 0, place, far**2 / np.abs(cosine)))
+    return [np.concatenate(part) for part in zip(*parts)]
+
+
+def _on_balls(facets, some, apex, rays):
+    """The same of balls some (b,), both sides of each."""
+    inverse = facets.ball_inverse[some]
+    start = np.einsum("bij,bj->bi", inverse, apex - facets.ball_centre[some])
+    step = np.einsum("bij,rj->rbi", inverse, rays)
+    a, b = np.einsum("rbi,rbi->rb", step, step), np.einsum("rbi,bi->rb", step, start)
+    root = b * b - a * (np.einsum("bi,bi->b", start, start) - 1)
+    root = np.sqrt(np.where(root > 0, root, np.nan))
+    ends = np.stack([-b - root, -b + root]) / a
+    _, r, k = index = np.nonzero(ends > 0)
+    far = ends[index]
+    local = start[k] + far[:, None] * step[r, k]
+    cosine = np.einsum("pi,pi->p", rays[r], unit(np.einsum("pji,pj->pi", inverse[k], local)))
+    keep = np.abs(cosine) > GRAZING
+    r, k, far, local, cosine = (value[keep] for value in (r, k, far, local, cosine))
+    place = apex + far[:, None] * rays[r]
+    return r, some[k] + facets.count, cosine < 0, place, far**2 / np.abs(cosine)

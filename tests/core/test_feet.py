@@ -1,0 +1,55 @@
+"""What stands on something is not darker at its foot: the seen half of cells that lie half under it is not dark."""
+
+import numpy as np
+import pytest
+from test_rays import both, box, by_rays
+
+from pdm_core import Plane, Polygon, Scene, SunLight, Surface
+from pdm_core.closed_forms import polygon_unoccluded
+
+RHO, TARGET = 0.8, 0.02
+SUN = SunLight((0, -1, -1), 3.0)
+LOW, HIGH = np.array([-0.43, -1.1, 0]), np.array([0.55, -0.07, 1.2])
+HEIGHTS = np.array([0.0, 1e-3, 0.01, 0.03, 0.1, 0.3, 0.8])
+
+
+def flat(kind):
+    plane = Plane((-4, -4, 0), (8, 0, 0), (0, 8, 0))
+    if kind == "plane":
+        return Surface(plane, RHO)
+    return Surface(Polygon(plane.corners), RHO)
+
+
+def expected(points):
+    """Irradiance / pi at points of the side that the sun shines on: the sun's, and half of what the floor before it
+    reflects, which nothing shades; the box itself is black."""
+    strip = np.array([[4, HIGH[1], 0], [4, 4, 0], [-4, 4, 0], [-4, HIGH[1], 0]], float)
+    towards = np.tile([0.0, 1.0, 0.0], (len(points), 1))
+    corners = np.broadcast_to(strip, (len(points), 4, 3))
+    share = polygon_unoccluded(np.maximum(points, [-9, -9, 1e-6]), towards, corners)
+    return SUN.unoccluded(points, towards) * 3 + RHO * share * 3 / np.sqrt(2) / np.pi
+
+
+@pytest.mark.parametrize("sunk", [0.0, 0.05])
+@pytest.mark.parametrize("kind", ["plane", "polygon"])
+def test_a_box_in_the_sun(kind, sunk):
+    sides = box(LOW - [0, 0, sunk], HIGH, 0.0)
+    front = next(k for k, s in enumerate(sides) if s.shape.normal[1] > 0.5)
+    solution = by_rays(Scene([flat(kind), *sides], lights=[SUN]), TARGET)
+    for x in (-0.4, 0.05, 0.5):
+        points = np.column_stack(
+            [np.full(len(HEIGHTS), x), np.full(len(HEIGHTS), HIGH[1]), HEIGHTS + 1e-5 * (sunk > 0)]
+        )
+        found = solution.incident(1 + front, points)[:, 0]
+        assert np.abs(found / expected(points) - 1).max() < 1.5 * TARGET
+
+
+def test_shade_is_no_cover():
+    """The floor under a low table is dark and seen: its cells are its own."""
+    table = both(Plane((-1, -1, 0.01), (2, 0, 0), (0, 2, 0)), 0.0)
+    solution = by_rays(Scene([flat("plane"), *table], lights=[SunLight((0, 0, -1), 3.0)]), TARGET)
+    points = np.array([[x, 0.1, 0.0] for x in (-0.9, -0.3, 0.2, 0.8)])
+    assert np.abs(solution.radiance(0, points)).max() < TARGET * RHO * 3 / np.pi
+    # from just under the table's edge half of what is seen is the lit floor
+    rim = solution.incident(2, np.array([[0.0, 1 - 1e-4, 0.01]]))[0, 0]
+    assert rim == pytest.approx(RHO * 3 / np.pi / 2, rel=0.1)
