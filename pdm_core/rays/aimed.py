@@ -67,6 +67,8 @@ class AimedPoints:
 class Spot(Source):
     """What a beam, the source number `beam_of`, lights of one surface: points that reflect it."""
 
+    is_spot = True
+
     def __init__(self, facets, beam_of, lamp, points, index):
         mine = points.surface == index
         self.beam_of, self.index, self.centre = beam_of, index, facets.centre

@@ -73,7 +73,8 @@ class Shares:
             out[part] = source.unoccluded(points[part], receivers.normals[part])
             yield
         own = receivers.own
-        out[(own >= 0) & (own == source.skip)] = 0.0  # what a ball's inner side gives itself is met by rays
+        # what a shining ball's inner side gives itself is met by rays
+        out[(own >= 0) & (own == source.skip) & ~(receivers.inside & source.is_spot)] = 0.0
         out[source.against(points, receivers.normals)] = 0.0
         return out
 

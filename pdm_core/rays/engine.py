@@ -35,7 +35,7 @@ STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
-SHARES = {"rays": 0.75, "shadows": 0.3, "nodes": 0.3, "sent": 0.5}  # of the error that is left, each part's at most
+SHARES = {"rays": 0.65, "shadows": 0.25, "nodes": 0.5, "sent": 0.5}  # of the error that is left, each part's at most
 REACHED = 0.95  # of the target: what is worked towards
 STEP = 32  # of directions where colours are read
 MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
@@ -351,16 +351,21 @@ class RayState:
         """Halve the cells that hold most of the error of what is sent; yields."""
         cells, meshes = self.surplus
         square = np.concatenate([cells.ravel(), meshes])
-        order = np.argsort(square)
+        # a cell becomes two, each part of a mesh four
+        new = np.concatenate([np.ones(cells.size), np.maximum(3 * self.nodes.number, 1)])
+        order = np.argsort(square / new)
         kept = np.cumsum(square[order]) / max(square.sum(), 1e-300)
         marked = np.zeros(len(square), bool)
         marked[order[(kept + HALVED**2 * (1 - kept) > (REACHED / excess) ** 2) & (kept > KEPT_WHOLE)]] = True
-        marked &= square > 0
-        cells, meshes = marked[: cells.size].reshape(cells.shape), marked[cells.size :]
-        cells, meshes = cells & self.nodes.lattice.may_split(), meshes & ~self.nodes.is_finest
-        more = len(self.nodes) + cells.sum()
-        if not (cells.any() or meshes.any()) or Traced.bytes_for(more, len(self.traced.directions)) > RAY_MEMORY:
+        may = np.concatenate([self.nodes.lattice.may_split().ravel(), ~self.nodes.is_finest])
+        marked &= may & (square > 0)
+        # what brings most for its memory first
+        best = order[::-1][marked[order[::-1]]]
+        room = RAY_MEMORY / Traced.bytes_for(1, len(self.traced.directions)) - len(self.nodes)
+        marked[best[np.cumsum(new[best]) > room]] = False
+        if not marked.any():
             return False
+        cells, meshes = marked[: cells.size].reshape(cells.shape), marked[cells.size :]
         nodes = yield from in_thread(self.nodes.refined, cells, meshes)
         if Traced.bytes_for(len(nodes), len(self.traced.directions)) > RAY_MEMORY or len(nodes) == len(self.nodes):
             return False

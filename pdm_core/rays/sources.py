@@ -10,10 +10,11 @@ from .bundles import TOUCHING
 class Source:
     """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it;
     shadows: whether any does; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even; is_surface:
-    whether samples' weights are areas; beam: see Light."""
+    whether samples' weights are areas; is_spot: whether it is what a beam lights; beam: see Light."""
 
     distant, skip, lift = False, -1, 0.0
-    shadows, pattern, beam, is_surface = True, None, None, False
+    shadows, pattern, beam = True, None, None
+    is_surface = is_spot = False
 
     def __init__(self, colour, name):
         self.colour, self.name = np.asarray(colour, float), name
