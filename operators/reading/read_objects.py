@@ -92,7 +92,7 @@ def _prepare(raw, obj, first_user, single_user, apply):
     if obj.library or mesh.library or not mesh.is_editable:
         raw.reason = "is linked from a library; make it local"
         return
-    raw.base = arrays_of(mesh)
+    raw.base = arrays_of(mesh) if _may_differ(obj) else raw.arrays
     users = mesh.users - mesh.use_fake_user
     first = first_user.get(mesh, obj)
     if users > 1 and single_user:
@@ -101,6 +101,12 @@ def _prepare(raw, obj, first_user, single_user, apply):
         raw.reason = f"shares its mesh with {first.name!r}, whose bake it shows; make it a single-user copy"
     elif users > 1:
         raw.warnings.append(f"shares its mesh with other users ({users} in all), which all show its bake")
+
+
+def _may_differ(obj):
+    """Whether the evaluated mesh may be another than the one that is baked."""
+    deforms = obj.parent is not None and obj.parent_type in {"ARMATURE", "LATTICE"}
+    return bool(obj.modifiers or obj.data.shape_keys or deforms)
 
 
 def _instances(out, visible, depsgraph, look, copies):
