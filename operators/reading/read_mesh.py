@@ -144,6 +144,8 @@ def render_differences(obj):
     """Where a render shows what the evaluation for the viewport, which is read, does not."""
     names = [m.name for m in obj.modifiers if m.show_viewport != m.show_render]
     texts = [f"modifier {name!r} differs between viewport and render: the viewport's is read" for name in names]
-    if not (obj.visible_diffuse and obj.visible_shadow):
-        texts.append("its ray visibility is switched off: it lights and shades all the same")
+    if not obj.visible_diffuse:
+        texts.append("its Ray Visibility > Diffuse is off: it reflects, shines and hides the sky all the same")
+    if not obj.visible_shadow:
+        texts.append("its Ray Visibility > Shadow is off: it shades what lamps light all the same")
     return texts
