@@ -171,7 +171,7 @@ SETTINGS = {
     "BEVEL": {"width": 0.02},
     "DECIMATE": {"ratio": 0.5},
     "REMESH": {"voxel_size": 0.2},
-    "SCREW": {"steps": 6, "render_steps": 6, "screw_offset": 3.0},
+    "SCREW": {"steps": 2, "render_steps": 2, "screw_offset": 3.0},
     "SOLIDIFY": {"thickness": 0.1},
     "WELD": {"merge_threshold": 0.3},
     "WIREFRAME": {"thickness": 0.05},
