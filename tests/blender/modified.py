@@ -84,13 +84,21 @@ def _volume(obj, modifier, at):
     modifier.object = volume
 
 
-def _skin(obj, modifier, at):
+def _line(obj, x):
     def line(b):
-        ends = [b.verts.new((0, 0, z)) for z in (-0.5, 0, 0.5)]
+        ends = [b.verts.new((x, 0, z)) for z in (-0.5, 0, 0.5)]
         for pair in zip(ends[:-1], ends[1:], strict=True):
             b.edges.new(pair)
 
     scenes.rebuild(obj, line)
+
+
+def _screw(obj, modifier, at):
+    _line(obj, 0.5)
+
+
+def _skin(obj, modifier, at):
+    _line(obj, 0.0)
     obj.modifiers.remove(modifier)
     obj.modifiers.new("Skin", "SKIN")
 
@@ -162,7 +170,8 @@ def _multires(obj, modifier, at):
 
 
 SET_UP = {
-    "BOOLEAN": _boolean, "NODES": _nodes, "MASK": _mask, "BUILD": _build, "VOLUME_TO_MESH": _volume, "SKIN": _skin,
+    "BOOLEAN": _boolean, "NODES": _nodes, "MASK": _mask, "BUILD": _build, "VOLUME_TO_MESH": _volume,
+    "SKIN": _skin, "SCREW": _screw,
     "ARMATURE": _armature, "CURVE": _curve, "LATTICE": _lattice, "HOOK": _hook, "LAPLACIANDEFORM": _laplacian,
     "MESH_DEFORM": _cage, "SURFACE_DEFORM": _surface, "SHRINKWRAP": _shrink, "WARP": _warp, "MULTIRES": _multires,
 }  # fmt: skip
@@ -171,7 +180,7 @@ SETTINGS = {
     "BEVEL": {"width": 0.02},
     "DECIMATE": {"ratio": 0.5},
     "REMESH": {"voxel_size": 0.2},
-    "SCREW": {"steps": 2, "render_steps": 2, "screw_offset": 3.0},
+    "SCREW": {"steps": 8, "render_steps": 8},
     "SOLIDIFY": {"thickness": 0.1},
     "WELD": {"merge_threshold": 0.3},
     "WIREFRAME": {"thickness": 0.05},
