@@ -98,6 +98,8 @@ def bench():
         [blender, "beside_cycles.py", "beside_cycles.json"],
         [blender, "lights.py", "lights.json"],
         [blender, "relight.py", "relight.json"],
+        [blender, "modifiers.py", "modifiers.json"],
+        [blender, "reading.py", "reading.json"],
         [python, "truth.py", "truth.json"],
         [python, "placements.py", "placements.json"],
         [python, "each_object.py", "each_object.json"],

@@ -22,7 +22,7 @@ import modified  # noqa: E402
 import scenes  # noqa: E402
 
 TARGET = 0.2  # the same shapes are solved alike
-FINER = 0.03  # for instances, which are taken in another order
+FINER = 0.05  # for instances, which are taken in another order
 
 
 def sky():
@@ -217,7 +217,8 @@ def baked_plain():
             work.to_mesh(mesh)
             work.free()
             if len(mesh.polygons):
-                mesh.materials.append(obj.material_slots[0].material.original if obj.material_slots else None)
+                slots = [slot.material for slot in obj.material_slots]
+                mesh.materials.append(slots[0].original if slots and slots[0] else None)
                 made.append((mesh, each.matrix_world.copy()))
     old = [obj for obj in bpy.context.scene.objects if obj.name != "Floor" and not obj.hide_render]
     for obj in old:
