@@ -11,7 +11,7 @@ WAYS = {  # what the reason says: (what is done, the button)
     "apply or remove it": ("APPLY", "Apply Modifiers"),
     "normals face away": ("FLIP", "Flip Normals"),
     "convert it to a mesh": ("CONVERT", "Convert to Mesh"),
-    "make them real": ("REAL", "Make Instances Real"),
+    "make it real": ("REAL", "Make Instances Real"),
     "make it local": ("LOCAL", "Make Local"),
 }
 LABELS = dict(WAYS.values())
@@ -22,6 +22,11 @@ def mend_for(reason):
     if "its parent" in reason:  # it would go on deforming what was applied
         return ""
     return next((way for words, (way, _) in WAYS.items() if words in reason), "")
+
+
+def instanced(name):
+    """The name of the object that 'Thing (instance 3)' is an instance of, or '' where that is no instance's name."""
+    return name.rpartition(" (instance ")[0] if name.endswith(")") else ""
 
 
 AWAY = "is lit only from the side that its normals face away from: the baked side stays black"

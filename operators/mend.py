@@ -5,7 +5,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Operator
 
-from .listed import LABELS
+from .listed import LABELS, instanced
 from .modal_steps import Idle
 
 
@@ -21,6 +21,8 @@ class PDM_OT_mend(Idle, Operator):
 
     def execute(self, context):
         obj = context.view_layer.objects.get(self.object)
+        if self.way == "REAL" and obj is None:
+            obj = _instancer(context, self.object)
         if obj is None:
             self.report({"ERROR"}, f"Object {self.object!r} is not in this view layer; scan the scene again")
             return {"CANCELLED"}
@@ -81,8 +83,49 @@ def _convert(context, obj):
 
 
 def _real(context, obj):
+    if any(modifier.type == "NODES" for modifier in obj.modifiers):
+        _real_nodes(context, obj)
+        return
     _select(context, obj)
     bpy.ops.object.duplicates_make_real()
+
+
+def _real_nodes(context, obj):
+    """Objects of the meshes that geometry nodes place; Blender's own operator would copy `obj` with its nodes."""
+    graph, meshes, placed = context.evaluated_depsgraph_get(), {}, []
+    for instance in graph.object_instances:
+        if not instance.is_instance or instance.parent is None or instance.parent.original != obj:
+            continue
+        shown = instance.object
+        if shown.type == "MESH":
+            key = shown.data.as_pointer()
+            if key not in meshes:
+                meshes[key] = _copy_of(shown)
+            placed.append((shown.name, meshes[key], instance.matrix_world.copy()))
+    for name, mesh, matrix in placed:
+        made = bpy.data.objects.new(name, mesh)
+        made.matrix_world = matrix
+        obj.users_collection[0].objects.link(made)
+    _apply(context, obj)  # what is left of it, without its nodes
+
+
+def _copy_of(shown):
+    """A Mesh of the data that an instance shows, which no object has: what makes meshes of objects cannot copy it."""
+    mesh, work = bpy.data.meshes.new(shown.name), bmesh.new()
+    work.from_mesh(shown.data)
+    work.to_mesh(mesh)
+    work.free()
+    for slot in shown.material_slots:
+        mesh.materials.append(slot.material and slot.material.original)
+    return mesh
+
+
+def _instancer(context, name):
+    """The object that makes 'Thing (instance 3)', or None: the first that makes instances of Thing."""
+    for instance in context.evaluated_depsgraph_get().object_instances:
+        if instance.is_instance and instance.object.name == instanced(name) and instance.parent is not None:
+            return context.view_layer.objects.get(instance.parent.name)
+    return None
 
 
 def _local(context, obj):

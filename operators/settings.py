@@ -138,7 +138,7 @@ class BakeProperties:
     apply_modifiers: BoolProperty(
         name="Apply Modifiers",
         description=(
-            "Modifiers and shape keys that change an object's vertices or faces are applied, and the result is baked. "
+            "Modifiers that add, remove or join vertices or faces are applied, and the result is baked. "
             "Otherwise such an object takes part in the light and is not baked"
         ),
         default=False,

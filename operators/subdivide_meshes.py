@@ -35,6 +35,8 @@ def problem_of(obj):
         return "shares its mesh with other users; make it a single-user copy"
     if obj.data.shape_keys:
         return "has shape keys; apply or remove them"
+    if bound := [m.name for m in obj.modifiers if getattr(m, "is_bound", False) or getattr(m, "is_bind", False)]:
+        return f"has vertices bound to modifier {bound[0]!r}; apply it"
     if not len(obj.data.polygons):
         return "has no faces"
     return None

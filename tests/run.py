@@ -100,6 +100,8 @@ def bench():
         [blender, "relight.py", "relight.json"],
         [blender, "subdivision.py", "subdivision.json"],
         [python, "polygons_and_meshes.py", "polygons_and_meshes.json"],
+        [blender, "modifiers.py", "modifiers.json"],
+        [blender, "reading.py", "reading.json"],
         [python, "truth.py", "truth.json"],
         [python, "placements.py", "placements.json"],
         [python, "each_object.py", "each_object.json"],

@@ -7,7 +7,7 @@ from ..operators.baking.report import counted, percent
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from ..operators.example_room import NAME as EXAMPLE
 from ..operators.example_room import PDM_OT_example_room
-from ..operators.listed import LABELS
+from ..operators.listed import LABELS, instanced
 from ..operators.live_watch import PDM_OT_free_live, status
 from ..operators.look import is_dark, is_empty, panel_shown, summary
 from ..operators.mend import PDM_OT_mend
@@ -164,7 +164,7 @@ class PDM_PT_objects(_Part, Panel):
 
 
 def _is_gone(context, name):
-    return context.view_layer.objects.get(name) is None
+    return not instanced(name) and context.view_layer.objects.get(name) is None
 
 
 def _chosen(layout, context, item):

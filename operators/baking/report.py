@@ -10,6 +10,7 @@ import numpy as np
 
 from ...pdm_core.foretell import seconds_to
 from ..reading.read_scene import some
+from .left_out import left_out
 
 MOST_NAMED = 4  # objects in one warning
 FORETOLD = (0.01, 0.005, 0.0025)  # targets
@@ -28,6 +29,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
     refused [{name, reason}], the reason goes on after the name; hidden: mesh objects that a render does not show
     lights [{name, type}]: lamps that shine, and suns in the world's map, by Blender's types
     warnings [text]
+    left_out [{kind, name, what, effect, advice}]: refused objects, those without colours, and what warnings tell
     vertices: how many the baked meshes have; colours: how many values were written to points or corners
     error: estimated relative error of the radiance; error_parts {name: part}; history [[seconds, error]]
     foretold {target: seconds}: what solving to it may take, from the history
@@ -50,6 +52,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
         "hidden": reading.hidden,
         "lights": [{"name": name, "type": kind} for name, kind in reading.lights],
         "warnings": warnings,
+        "left_out": left_out(objects, [{"name": n, "reason": reason} for n, reason in reading.refused], warnings),
         "vertices": sum(entry["vertices"] for entry in objects),
         "colours": sum(len(item.colours) for item in items),
         "error": solution.error,

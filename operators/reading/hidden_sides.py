@@ -2,27 +2,28 @@
 
 import numpy as np
 
-from ...pdm_core import Mesh, Plane, Sphere
+from ...pdm_core import AreaLight, Mesh, Plane, PointLight, Sphere
 
 TOUCH = 1e-6  # of the size: shapes that overlap less only touch
 AT_ONCE = 1 << 20  # pairs of bounding boxes compared at once
 
 
-def surfaces_of(pieces):
-    """[Surface] of all pieces, and [[facing, hidden]] the indices of each piece's surfaces.
+def surfaces_of(pieces, lights=()):
+    """[Surface] of all pieces, and [[facing, hidden]] the indices of each piece's surfaces. lights: lamps, which may be
+    inside of bodies.
 
     What is flat or open has both sides, a sphere that which its normals face. The hidden sides of closed bodies, and of
     closed balls, are left out where no light comes: they are out of every light's reach but of one that is inside.
     """
     surfaces, indices = [], []
-    for piece, seen in zip(pieces, _hidden_is_seen(pieces), strict=True):
+    for piece, seen in zip(pieces, _hidden_is_seen(pieces, lights), strict=True):
         sides = [piece.surface()] + ([piece.surface(hidden=True)] if seen else [])
         indices.append(list(range(len(surfaces), len(surfaces) + len(sides))))
         surfaces += sides
     return surfaces, indices
 
 
-def _hidden_is_seen(pieces):
+def _hidden_is_seen(pieces, lights):
     """(n,) Whether light may come to the hidden side of each, from outside itself."""
     if not pieces:
         return np.zeros(0, bool)
@@ -53,6 +54,7 @@ def _hidden_is_seen(pieces):
             reach = np.ones(len(inner), bool)
             reach[in_ball] = _reaches_into(pieces, centre, radius, ball[inner[in_ball]], other[in_ball])
             enters[inner[reach]] = True
+        enters |= _holds_a_lamp(inner_low, inner_high, lights)
         seen[of] = enters[body[of]]
     for k in np.flatnonzero(balls & ~outward).tolist():
         distance = np.linalg.norm(centre - centre[k], axis=1)
@@ -60,6 +62,20 @@ def _hidden_is_seen(pieces):
         beyond[k] = False
         seen[k] = beyond.any()
     return seen | np.array([piece.is_doubled for piece in pieces])
+
+
+def _holds_a_lamp(low, high, lights):
+    """(n,) Whether a lamp reaches into each of the boxes low, high (n, 3) m."""
+    held = np.zeros(len(low), bool)
+    for light in lights:
+        if isinstance(light, PointLight):
+            at, reach = light.position, light.radius
+        elif isinstance(light, AreaLight):
+            at, reach = light.centre, (np.abs(light.u) + np.abs(light.v)) / 2
+        else:  # a sun is nowhere inside
+            continue
+        held |= ((at + reach > low) & (at - reach < high)).all(axis=1)
+    return held
 
 
 def _bodies(pieces, balls):

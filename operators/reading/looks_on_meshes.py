@@ -42,6 +42,8 @@ def _without_bake(look, mesh):
 
     changed = replace(look, reflectance=other(look.reflectance, GREY), emission=other(look.emission, 0.0))
     if any(a is not b for a, b in zip(changed.reflectance + changed.emission, look.reflectance + look.emission)):
+        if not any(callable(side) or side.any() for side in changed.reflectance):  # nothing tells what it reflects
+            changed = replace(changed, reflectance=(np.full(3, GREY),) * 2)
         mesh.warnings.append(
             f"its material shows the baked attribute {mesh.raw.layers.default_colour!r}: it is not read"
         )

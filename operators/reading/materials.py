@@ -12,7 +12,7 @@ from ...pdm_core.scene import MAX_REFLECTANCE
 from . import node_colour, node_images, node_math, node_patterns, node_places, shaders
 from .node_values import Value, constant, evaluate
 from .node_walk import Circle, Socket, Walk
-from .shaders import BLACK, Light
+from .shaders import BLACK, NOT_LIGHT, Light
 from .varying import Places, Varying
 
 NO_MATERIAL = 0.8  # the grey that Blender gives an object without material
@@ -157,4 +157,7 @@ def _surface(output, walk):
         return Light(BLACK.noted("its nodes are linked in a circle and it is taken as black: remove one of the links"))
     if not isinstance(light, Light):  # a colour linked into a shader's socket shines, as in Cycles
         return Light(emitted=light, is_lamp=True) if isinstance(light, Value) else Light()
+    if _is_black(light.reflected) and any(NOT_LIGHT in note for note in light.notes):
+        grey = constant(np.full(3, NO_MATERIAL))
+        return replace(light, reflected=grey.noted(*light.notes, "nothing tells what it reflects: grey is taken"))
     return light

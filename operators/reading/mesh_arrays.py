@@ -22,18 +22,22 @@ class Arrays:
 
 
 def arrays_of(mesh):
-    """The Arrays of a Mesh."""
+    """The Arrays of a Mesh. Attributes are read 30 times faster than what stands for them in lists of Blender's own."""
     vertices = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", vertices)
+    if len(vertices):
+        mesh.attributes["position"].data.foreach_get("vector", vertices)
     corners = np.empty(len(mesh.loops), np.int32)
     if len(corners):
-        mesh.attributes[".corner_vert"].data.foreach_get("value", corners)  # 30 times faster than mesh.loops
+        mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
     counts = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_total", counts)
-    mesh.calc_loop_triangles()
-    triangles = np.empty(3 * len(mesh.loop_triangles), np.int32)
-    mesh.loop_triangles.foreach_get("loops", triangles)
     normals = np.empty(3 * len(mesh.loops), np.float32)
     if len(normals):
         mesh.corner_normals.foreach_get("vector", normals)
+    if (counts == 3).all():
+        triangles = np.arange(len(corners), dtype=np.int32)
+    else:
+        mesh.calc_loop_triangles()
+        triangles = np.empty(3 * len(mesh.loop_triangles), np.int32)
+        mesh.loop_triangles.foreach_get("loops", triangles)
     return Arrays(vertices.reshape(-1, 3), corners, counts, triangles.reshape(-1, 3), normals.reshape(-1, 3))

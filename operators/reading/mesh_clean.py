@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .mesh_topology import MeshArrays, cross, spans
+from .mesh_topology import MeshArrays, cross, length, spans
 
 SLACK = 1e-5  # of a face's width: how far a vertex may be off its plane, besides rounding; a bent one is cut up
 CROSSED = 1 + 1e-4  # of its area: a face whose triangles have more crosses itself
@@ -110,13 +110,19 @@ def weld(mesh):
     which spheres are known again by, stay. Vertices without a face stay as well."""
     order = np.lexsort(mesh.vertices.T)
     place = mesh.vertices[order]
-    starts = np.flatnonzero(np.append(True, (place[1:] != place[:-1]).any(axis=1)))
+    starts = np.flatnonzero(np.append(True, _differ(place)))
     if len(starts) == len(order):
         return mesh
     number = np.empty(len(order), np.int64)
     number[order] = np.repeat(np.minimum.reduceat(order, starts), np.diff(np.append(starts, len(order))))
     used, number = np.unique(number, return_inverse=True)
     return MeshArrays(mesh.vertices[used], number[mesh.corners], mesh.counts, mesh.materials)
+
+
+def _differ(place):
+    """(n - 1,) Whether each row of (n, 3) is another than the one before."""
+    x, y, z = place.T
+    return (x[1:] != x[:-1]) | (y[1:] != y[:-1]) | (z[1:] != z[:-1])
 
 
 def fans(mesh):
@@ -128,7 +134,7 @@ def fans(mesh):
 
 def _bent(mesh):
     """(p,) Whether polygons are not flat."""
-    unit = mesh.normals / np.maximum(np.linalg.norm(mesh.normals, axis=1), np.finfo(float).tiny)[:, None]
+    unit = mesh.normals / np.maximum(length(mesh.normals), np.finfo(float).tiny)[:, None]
     corner = np.flatnonzero((mesh.counts > 3)[mesh.polygons])
     of = mesh.polygons[corner]
     apart = mesh.vertices[mesh.corners[corner]] - mesh.vertices[mesh.corners[mesh.starts[of]]]
@@ -140,11 +146,11 @@ def _bent(mesh):
 
 def _crossed(mesh, triangles):
     """(p,) Whether polygons cross themselves."""
-    size = np.linalg.norm(mesh.normals, axis=1)
+    size = length(mesh.normals)
     of = mesh.polygons[triangles[:, 0]]
     some = np.flatnonzero((mesh.counts > 3)[of])
     a, b, c = (mesh.vertices[mesh.corners[triangles[some, k]]] for k in range(3))
-    parts = np.bincount(of[some], np.linalg.norm(cross(b - a, c - a), axis=1) / 2, len(mesh.counts))
+    parts = np.bincount(of[some], length(cross(b - a, c - a)) / 2, len(mesh.counts))
     return parts > CROSSED * size + mesh.rounding * mesh.heights
 
 

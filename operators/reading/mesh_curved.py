@@ -8,7 +8,7 @@ bevels, the top of a rounded table.
 import numpy as np
 
 from .mesh_flat import CREASE, crease, dot
-from .mesh_topology import connected
+from .mesh_topology import connected, length
 
 ROUNDED = np.radians(44)  # shallower creases may be those of a rounded side; chamfers (45 degrees) and octagons are not
 MOST_FACETS = 24  # that shallow creases may link and still be meant as flat: a column of 24 sides, bevels of a box
@@ -37,7 +37,8 @@ def curved(groups, unit, source, shading):
     links = groups.of_corner[a], groups.of_corner[b]
     large = np.full(groups.count, LARGE)
     if shading is not None:
-        off = np.abs(shading[source] - unit[groups.faces.polygons]).max(axis=1) > SHADED_FLAT
+        apart = np.abs(shading[source] - unit[groups.faces.polygons])
+        off = np.maximum(np.maximum(apart[:, 0], apart[:, 1]), apart[:, 2]) > SHADED_FLAT
         large[groups.of_corner[off]] = HUGE
     out = _chained(groups, links, bend <= ROUNDED, MOST_FACETS + 1, large)
     if shading is not None:
@@ -87,5 +88,5 @@ def _is_smooth(faces, a, b, source, shading):
     ends = ((a, np.where(turned, b, faces.next[b])), (faces.next[a], np.where(turned, faces.next[b], b)))
     same = np.ones(len(a), bool)
     for one, other in ends:
-        same &= np.linalg.norm(shading[source[one]] - shading[source[other]], axis=1) < SAME_SHADING
+        same &= length(shading[source[one]] - shading[source[other]]) < SAME_SHADING
     return same

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .mesh_topology import MeshArrays, connected, cross
+from .mesh_topology import MeshArrays, connected, cross, length
 
 SLACK = 1e-5  # of a group's width: how far a vertex may be off its plane, besides rounding
 CREASE = 1e-3  # rad; a sharper edge parts two groups
@@ -32,7 +32,7 @@ class FlatGroups:
     @cached_property
     def backward(self):
         """(f,) Whether each face looks against the most of its group, by area."""
-        size = np.linalg.norm(self.faces.normals, axis=1)
+        size = length(self.faces.normals)
         order = np.lexsort([-size, self.label])
         largest = order[np.searchsorted(self.label[order], np.arange(self.count))]
         along = dot(self.faces.normals, self.faces.normals[largest][self.label])
@@ -49,7 +49,7 @@ class FlatGroups:
     @cached_property
     def area(self):
         """(g,) m^2"""
-        return np.bincount(self.label, np.linalg.norm(self.faces.normals, axis=1), self.count)
+        return np.bincount(self.label, length(self.faces.normals), self.count)
 
     @cached_property
     def centre(self):
@@ -65,7 +65,7 @@ class FlatGroups:
     def width(self):
         """(g,) m; the area over the extent."""
         reach = np.zeros(self.count)
-        np.maximum.at(reach, self.of_corner, np.linalg.norm(self._offset, axis=1))
+        np.maximum.at(reach, self.of_corner, length(self._offset))
         return self.area / np.maximum(2 * reach, np.finfo(float).tiny)
 
     @cached_property
@@ -173,7 +173,7 @@ def directions(faces):
 
 def crease(unit, a, b):
     """(k,) sine of the angle between the planes of faces a and b (k,)."""
-    return np.linalg.norm(cross(unit[a], unit[b]), axis=1)
+    return length(cross(unit[a], unit[b]))
 
 
 def in_order(label):

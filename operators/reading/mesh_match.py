@@ -27,7 +27,8 @@ def baked_of(base, made, shapes):
     """Baked of the Arrays `base`, whose vertices are those of the evaluated Arrays `made` in which MeshShapes were
     found; None where its faces are not made of the same vertices any more."""
     at = _triangle_at(made)
-    if all(np.array_equal(getattr(base, k), getattr(made, k)) for k in ("corners", "counts", "triangles")):
+    parts = ("corners", "counts", "triangles")
+    if base is made or all(np.array_equal(getattr(base, k), getattr(made, k)) for k in parts):
         corner, triangle = np.arange(len(base.corners)), np.arange(len(base.triangles))
     elif found := _matched(base, made):
         corner, triangle = found[0], at[found[1]]

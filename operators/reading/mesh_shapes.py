@@ -133,8 +133,15 @@ def _check(mesh):
         raise NotRecognised("has no faces")
     if not np.isfinite(mesh.vertices).all():
         raise NotRecognised("has vertices that are not finite; remove or repair them")
-    if mesh.rounding > COARSEST * np.ptp(mesh.vertices[mesh.corners], axis=0).max():
+    if mesh.rounding > COARSEST * _extent(mesh):
         raise NotRecognised("is too small for its distance from the object's origin; use Set Origin to Geometry")
+
+
+def _extent(mesh):
+    """m; the largest along the axes, of what has faces."""
+    is_used = np.zeros(len(mesh.vertices), bool)
+    is_used[mesh.corners] = True
+    return max(np.ptp(column[is_used]) for column in mesh.vertices.T)
 
 
 def _without_loose(mesh):
@@ -178,12 +185,13 @@ def _spheres(groups, grids, warnings):
     starts = np.searchsorted(component[order], np.arange(count + 1))
     missed = {}
     for k in np.flatnonzero((flat >= LEAST_SPHERE) & (open_edges == 0) & (widest <= 4)).tolist():
-        part = faces.part(order[starts[k] : starts[k + 1]])
+        own = order[starts[k] : starts[k + 1]]
+        part = faces.part(own)
         like = len(part.vertices), len(part.counts)
         if missed.get(like, 0) >= MISSES:
             continue
         if sphere := _sphere(part, grids, warnings):
-            of[component == k] = len(spheres)
+            of[own] = len(spheres)
             spheres.append(sphere)
         else:
             missed[like] = missed.get(like, 0) + 1
@@ -264,7 +272,7 @@ class _Source:
         """The triangles sorted by shape, and where each shape begins."""
         number = self.number[self.found.triangle_face]
         vertex = self.welded.corners[self.found.triangles]
-        some = np.flatnonzero(self.found.live & (vertex != np.roll(vertex, 1, axis=1)).all(axis=1))
+        some = np.flatnonzero(self.found.live & _all_differ(vertex))
         order = some[np.argsort(number[some], kind="stable")]
         return order, np.searchsorted(number[order], np.arange(int(self.number.max()) + 2))
 
@@ -278,8 +286,14 @@ class _Source:
         is_used[vertex] = True
         face = self.found.triangle_face[triangle]
         normals = self.unit[face][:, None].repeat(3, axis=1) if self.normals is None else self.normals[corner]
-        faces = len(np.unique(self.welded.polygons[corner[:, 0]]))
+        faces = int(np.count_nonzero(np.bincount(self.welded.polygons[corner[:, 0]])))
         return MeshShape(self.welded.vertices[is_used], (np.cumsum(is_used) - 1)[vertex], normals, faces)
+
+
+def _all_differ(vertex):
+    """(t,) Whether the three vertices (t, 3) of triangles are three."""
+    a, b, c = vertex.T
+    return (a != b) & (b != c) & (c != a)
 
 
 def _bodies(body, number, count):

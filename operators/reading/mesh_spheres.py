@@ -14,6 +14,7 @@ from .mesh_topology import NotRecognised
 
 # Blender turns one meridian round in float32: vertices drift up to 1.1e-5 of the radius at 512 x 256 segments
 DRIFT = 3e-5
+TYPED = 3e-4  # of the radius: files of text keep six decimals of a metre, .2 mm of a marble of 3 mm radius at most
 COARSEST = 1e-2  # of the semi-axis: with more rounding than this an edited sphere could not be told from a true one
 MOST_POLES = 16  # vertices to try as a pole
 ROUND = 1e-5  # semi-axes that agree to this come from an even scale
@@ -111,7 +112,7 @@ def _poles(mesh):
     around = np.column_stack([np.bincount(mesh.corners, offset[mesh.following, k], n) for k in range(3)])
     miss = around[may_be] / valence[may_be, None] - np.cos(np.pi / rings[may_be])[:, None] * offset[may_be]
     miss = np.linalg.norm(miss, axis=1)
-    slack = 10 * DRIFT * np.abs(offset).max() + 10 * mesh.rounding
+    slack = TYPED * np.abs(offset).max() + 10 * mesh.rounding
     # where only two vertices have a valence they are the poles; a smooth mesh may have thousands that look alike
     many = np.bincount(valence)[valence[may_be]] > 2
     likeliest = np.lexsort((miss, many))[:MOST_POLES]
@@ -137,15 +138,16 @@ def _fit(mesh, grid):
     if noise > COARSEST:
         raise NotRecognised("is a sphere too flat for its distance from the object's origin; give it more volume")
     miss = np.linalg.norm((mesh.vertices - origin) @ np.linalg.inv(linear).T - grid.ideal, axis=1).max()
-    if miss > DRIFT + noise:
+    if miss > TYPED + noise:
         size = f"{grid.segments} x {grid.rings}"
         raise NotRecognised(f"is no UV sphere: a vertex is {miss:.1g} of the radius off a {size} one; was it edited?")
     mirrored = np.linalg.det(linear) < 0
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = linear * [1, -1 if mirrored else 1, 1], origin  # the same sphere, right-handed
-    if axes[0] - axes[2] <= (ROUND + noise) * axes[0]:
+    is_typed = miss > DRIFT + noise
+    if axes[0] - axes[2] <= (miss if is_typed else ROUND + noise) * axes[0]:
         # a round sphere has no orientation; its poles hardly drift, so every tessellation gives the same sphere
-        exact = noise < ROUND
+        exact = noise < ROUND and not is_typed
         radius = np.linalg.norm(mesh.vertices[grid.north] - middle) if exact else axes.mean()
         matrix[:3, :3], matrix[:3, 3] = radius * np.eye(3), middle if exact else origin
     return SphereShape(matrix, grid.segments, grid.rings, grid.is_outward != mirrored, grid.is_even)

@@ -109,9 +109,9 @@ class MeshArrays:
     @cached_property
     def heights(self):
         """(p,) m; the width of each polygon across its longest edge, if it were a parallelogram."""
-        lengths = np.linalg.norm(self.vertices[self.following] - self.vertices[self.corners], axis=1)
+        lengths = length(self.vertices[self.following] - self.vertices[self.corners])
         longest = np.maximum.reduceat(lengths, self.starts)
-        return np.linalg.norm(self.normals, axis=1) / np.maximum(longest, np.finfo(float).tiny)
+        return length(self.normals) / np.maximum(longest, np.finfo(float).tiny)
 
     def part(self, polygons):
         """The MeshArrays of some polygons, a bool mask (p,) or indices, with the vertices they use."""
@@ -150,6 +150,11 @@ def cross(a, b):
         np.multiply(a[:, i], b[:, j], out=out[:, k])
         out[:, k] -= a[:, j] * b[:, i]
     return out
+
+
+def length(vectors):
+    """(n, 3) -> (n,), twice as fast as numpy's norm"""
+    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
 
 
 def spans(starts, counts):

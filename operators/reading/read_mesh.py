@@ -43,8 +43,8 @@ class RawMesh:
 @dataclass(eq=False)
 class MeshObject:
     """A recognised RawMesh. shape_matrix (4, 4): of its shapes to the world; shape_materials: a material's name or None
-    of each; base, baked: the mesh that is baked and how it lies on the shapes; reason: why it cannot hold a bake, or
-    ''."""
+    of each; base, baked: the mesh that is baked, as it is shown, and how it lies on the shapes; reason: why it cannot
+    hold a bake, or ''."""
 
     raw: RawMesh
     shape_matrix: np.ndarray
@@ -71,9 +71,9 @@ def recognise(raw, known):
     found.reason, found.warnings = raw.reason, raw.warnings + shapes.warnings
     if raw.reason:
         return found
-    found.reason = _compare(raw)
+    found.base, found.reason = _corresponding(raw)
     if not found.reason:
-        found.baked = baked_of(raw.base, raw.arrays, shapes)
+        found.baked = baked_of(found.base, raw.arrays, shapes)
         found.reason = "" if found.baked else f"has faces changed by {raw.changed}; apply or remove it"
     if found.reason and raw.apply:
         found.reason, found.is_applied, found.base = "", True, raw.arrays
@@ -116,13 +116,19 @@ def materials_of(evaluated, mesh):
     return slots, first[np.clip(index, 0, len(slots) - 1)]
 
 
-def _compare(raw):
-    """Why the base mesh's vertices are not the evaluated ones, or ''."""
-    vertices, base = raw.arrays.vertices, raw.base.vertices
-    slack = 4 * FLOAT32 * np.abs(vertices).max()
-    if base.shape != vertices.shape or not (np.abs(base - vertices) <= slack).all():
-        return f"has vertices moved, added or removed by {raw.changed}; apply or remove it"
-    return ""
+def _corresponding(raw):
+    """(Arrays, ''): the mesh that is baked, with its vertices where a render shows them: a pose, a wave, a lattice move
+    them and leave the corners that colours are stored at. (base, reason) where they are none of the evaluated mesh."""
+    made, base = raw.arrays, raw.base
+    if base is made:
+        return base, ""
+    if len(base.vertices) == len(made.vertices):
+        slack = 4 * FLOAT32 * np.abs(made.vertices).max()
+        if (np.abs(base.vertices - made.vertices) <= slack).all():
+            return base, ""
+        if np.array_equal(base.corners, made.corners) and np.array_equal(base.counts, made.counts):
+            return made, ""
+    return base, f"has vertices moved, added or removed by {raw.changed}; apply or remove it"
 
 
 def modifiers_of(obj):
@@ -138,6 +144,8 @@ def render_differences(obj):
     """Where a render shows what the evaluation for the viewport, which is read, does not."""
     names = [m.name for m in obj.modifiers if m.show_viewport != m.show_render]
     texts = [f"modifier {name!r} differs between viewport and render: the viewport's is read" for name in names]
-    if not (obj.visible_diffuse and obj.visible_shadow):
-        texts.append("its ray visibility is switched off: it lights and shades all the same")
+    if not obj.visible_diffuse:
+        texts.append("its Ray Visibility > Diffuse is off: it reflects, shines and hides the sky all the same")
+    if not obj.visible_shadow:
+        texts.append("its Ray Visibility > Shadow is off: it shades what lamps light all the same")
     return texts

@@ -11,6 +11,7 @@ from .read_mesh import BEYOND, RawMesh, materials_of, modifiers_of, render_diffe
 
 HAIR = {"PATH", "HALO", "LINE"}  # what particles are shown as besides objects
 UNREAD = {"CURVES", "POINTCLOUD", "VOLUME", "GPENCIL", "GREASEPENCIL"}
+GHOST = "is visible to neither Diffuse nor Shadow rays and takes no part in this light; switch them on to bake it"
 MOST_INSTANCES = 10_000  # each is a shape of its own
 
 
@@ -39,7 +40,9 @@ def gather_objects(visible, wanted, depsgraph, look, single_user=False, apply=Fa
     for obj in visible:
         if obj.type in UNREAD:
             out.refused.append((obj.name, f"is of type {obj.type.title()}; convert it to a mesh"))
-        if obj.type != "MESH":
+        if obj.type != "MESH" or _is_ghost(obj):
+            if obj.type == "MESH":
+                out.refused.append((obj.name, GHOST))
             continue  # the meshes of curves and the like come among the instances
         evaluated = obj.evaluated_get(depsgraph)
         try:
@@ -92,7 +95,7 @@ def _prepare(raw, obj, first_user, single_user, apply):
     if obj.library or mesh.library or not mesh.is_editable:
         raw.reason = "is linked from a library; make it local"
         return
-    raw.base = arrays_of(mesh)
+    raw.base = arrays_of(mesh) if _may_differ(obj) else raw.arrays
     users = mesh.users - mesh.use_fake_user
     first = first_user.get(mesh, obj)
     if users > 1 and single_user:
@@ -103,6 +106,17 @@ def _prepare(raw, obj, first_user, single_user, apply):
         raw.warnings.append(f"shares its mesh with other users ({users} in all), which all show its bake")
 
 
+def _is_ghost(obj):
+    """Whether neither what is reflected nor what lamps send meets an object: Cycles' Ray Visibility."""
+    return not (obj.visible_diffuse or obj.visible_shadow)
+
+
+def _may_differ(obj):
+    """Whether the evaluated mesh may be another than the one that is baked."""
+    deforms = obj.parent is not None and obj.parent_type in {"ARMATURE", "LATTICE"}
+    return bool(obj.modifiers or obj.data.shape_keys or deforms)
+
+
 def _instances(out, visible, depsgraph, look, copies):
     """RawMeshes of all instances that visible objects make, and of what evaluates to a mesh: an instance of itself."""
     counts, total = {}, 0
@@ -110,7 +124,7 @@ def _instances(out, visible, depsgraph, look, copies):
         obj = instance.object
         if not instance.is_instance or obj.type not in UNREAD | {"MESH"} or obj.original.hide_render:
             continue
-        if instance.parent is None or instance.parent.original not in visible:
+        if instance.parent is None or instance.parent.original not in visible or _is_ghost(obj.original):
             continue
         total += 1
         if total > MOST_INSTANCES:

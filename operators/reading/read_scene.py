@@ -140,7 +140,7 @@ def _accepted(found, looks, baked, reading):
 
 def _scene_of(pieces, background, lights):
     """The Scene of [Piece], None where there is none, and the indices of each one's surfaces."""
-    surfaces, indices = surfaces_of(pieces)
+    surfaces, indices = surfaces_of(pieces, lights)
     return Scene(surfaces, background, rounding=SINGLE, lights=lights) if surfaces else None, indices
 
 

@@ -1,4 +1,4 @@
-"""The README's tables from the benchmarks' output: what stands between `<!-- name -->` and `<!-- end -->` is replaced.
+"""Tables of the README and the pages from the benchmarks' output: what is between `<!-- name -->` and `<!-- end -->`.
 
 python tests/benchmarks/tables.py
 """
@@ -94,16 +94,32 @@ def many_shapes():
     return table(["scene", "shapes", "target", "stated", "measured", "CPU s of solving"], body)
 
 
+def modifiers():
+    tables = json.loads((DATA / "modifiers.json").read_text(encoding="utf-8"))["tables"]
+    head = ["", "read, in the benchmark, as", "light off by", "baked"]
+    return table(head, [
+        [row["what"], row["label"], f"{row['light']:.1%}".replace("%", " %"), row["bake"]]
+        for row in tables[max(tables, key=lambda name: tuple(map(int, name.split("."))))]
+    ])  # fmt: skip
+
+
+PLACES = {
+    "README.md": (error_and_time, beside_cycles, each_object, many_shapes),
+    "docs/pipelines.md": (modifiers,),
+}
+
+
 def main():
-    path = ROOT / "README.md"
-    text = path.read_text(encoding="utf-8")
-    for make in (error_and_time, beside_cycles, each_object, many_shapes):
-        pattern = re.compile(rf"<!-- {make.__name__} -->\n.*?\n<!-- end -->", re.DOTALL)
-        if not pattern.search(text):
-            raise SystemExit(f"README.md has no place for {make.__name__}")
-        start, end = pattern.search(text).span()
-        text = f"{text[:start]}<!-- {make.__name__} -->\n{make()}\n<!-- end -->{text[end:]}"
-    path.write_text(text, encoding="utf-8")
+    for name, makers in PLACES.items():
+        path = ROOT / name
+        text = path.read_text(encoding="utf-8")
+        for make in makers:
+            pattern = re.compile(rf"<!-- {make.__name__} -->\n.*?\n<!-- end -->", re.DOTALL)
+            if not pattern.search(text):
+                raise SystemExit(f"{name} has no place for {make.__name__}")
+            start, end = pattern.search(text).span()
+            text = f"{text[:start]}<!-- {make.__name__} -->\n{make()}\n<!-- end -->{text[end:]}"
+        path.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -131,6 +131,48 @@ def test_curves_text_surfaces_and_metaballs_light_by_their_meshes(read):
     assert centre["SurfSphere"][0] == pytest.approx(9, abs=0.2) and centre["Mball"][0] == pytest.approx(6.25, abs=0.5)
 
 
+def scattered():
+    """Boxes on a plane's vertices by geometry nodes."""
+    group = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
+    for in_out in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=in_out, socket_type="NodeSocketGeometry")
+    kinds = ("NodeGroupInput", "GeometryNodeInstanceOnPoints", "GeometryNodeMeshCube", "NodeGroupOutput")
+    given, points, cube, out = (group.nodes.new(kind) for kind in kinds)
+    for start, end in ((given, points.inputs["Points"]), (cube, points.inputs["Instance"]), (points, out.inputs[0])):
+        group.links.new(start.outputs[0], end)
+    scenes.grid("Thing", 1, 8.0).modifiers.new("Scatter", "NODES").node_group = group
+
+
+def in_a_collection():
+    instancer("Instancer", collection_of(scenes.box("Thing")), Matrix.Translation((5, 0, 0)))
+
+
+def on_faces():
+    grid, child = scenes.grid("Grid", 2, 8.0), scenes.box("Thing")
+    child.parent, grid.instance_type = grid, "FACES"
+
+
+@pytest.mark.parametrize("make, count", [(scattered, 4), (in_a_collection, 1), (on_faces, 4)])
+def test_the_button_makes_instances_real(read, make, count):
+    make()
+    bpy.context.view_layer.update()
+    assert bpy.ops.pdm.scan() == {"FINISHED"}
+    before = read()
+    assert sum(o.name.startswith("Thing (instance") for o in before.objects) == count
+    row = next(row for row in bpy.context.scene.pdm_radiosity.listed if row.name == "Thing (instance 1)")
+    assert row.mend == "REAL"
+    assert bpy.ops.pdm.mend(object=row.name, way="REAL") == {"FINISHED"}
+    bpy.context.view_layer.update()
+    after = read(make_single_user=True)
+    assert all(o.bakeable for o in after.objects)
+    boxes = [o for o in after.objects if o.label == "6 planes"]
+    own = int(make is on_faces)  # what was shown on the faces is there itself now
+    assert len(boxes) == count + own
+    bounds = np.array([after.scene.surfaces[k].shape.bounds[0] for o in boxes for k in o.surfaces])
+    old = [before.scene.surfaces[k].shape.bounds[0] for o in before.objects if "instance" in o.name for k in o.surfaces]
+    assert all(np.linalg.norm(bounds - at, axis=1).min() < 1e-5 for at in old)
+
+
 # --- shared meshes ------------------------------------------------------------------------------------------------
 
 

@@ -454,12 +454,10 @@ def test_modifiers_that_keep_vertices_are_baked(read, make, count):
     assert found.kind == plain.kind and len(np.unique(found.polygon_surface)) == count
 
 
-def test_modifiers_that_change_vertices_light_but_are_not_baked(read):
+def test_what_modifiers_and_keys_only_move_is_baked_where_it_is(read):
     sphere = scenes.sphere("Ball", 16, 8)
     cast = sphere.modifiers.new("Cast away", "CAST")
     cast.factor, cast.use_radius_as_size, cast.size = 1.0, False, 1.25
-    plane = scenes.grid("Floor", matrix=Matrix.Translation((0, 0, -3)))
-    plane.modifiers.new("Finer", "SUBSURF").subdivision_type = "SIMPLE"
     shape = scenes.sphere("Key", 16, 8, matrix=Matrix.Translation((9, 0, 0)))
     shape.shape_key_add(name="Basis")
     key = shape.shape_key_add(name="Bigger")
@@ -467,11 +465,18 @@ def test_modifiers_that_change_vertices_light_but_are_not_baked(read):
         point.co = 2 * vertex.co
     key.value = 1.0
     reading = read()
-    reasons = {o.name: o.reason for o in reading.objects}
-    assert "'Cast away'" in reasons["Ball"] and "'Finer'" in reasons["Floor"] and "shape keys" in reasons["Key"]
-    assert not any(o.bakeable for o in reading.objects)
-    radii = {s.name: s.shape.semi_axes[0] for s in reading.scene.surfaces if s.name in ("Ball", "Key")}
+    radii = {s.name: s.shape.semi_axes[0] for s in reading.scene.surfaces}
     assert radii["Ball"] == pytest.approx(1.25, rel=1e-3) and radii["Key"] == pytest.approx(2, rel=1e-6)
+    for found, radius in zip(reading.objects, (1.25, 2.0), strict=True):
+        assert found.bakeable and not found.is_applied
+        np.testing.assert_allclose(np.linalg.norm(found.base.vertices, axis=1), radius, rtol=1e-3)
+
+
+def test_modifiers_that_change_faces_light_but_are_not_baked(read):
+    plane = scenes.grid("Floor", matrix=Matrix.Translation((0, 0, -3)))
+    plane.modifiers.new("Finer", "SUBSURF").subdivision_type = "SIMPLE"
+    (found,) = read().objects
+    assert "'Finer'" in found.reason and not found.bakeable
 
 
 def test_modifiers_that_make_another_shape_light_but_are_not_baked(read):
