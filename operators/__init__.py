@@ -3,6 +3,7 @@
 import bpy
 
 from . import command_line, live_watch, look
+from .baking import again
 from .bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
 from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from .example_room import PDM_OT_example_room
@@ -39,10 +40,12 @@ def register():
     command_line.register()
     look.register()
     live_watch.register()
+    again.register()
 
 
 def unregister():
     stop_bake(bpy.context)
+    again.unregister()
     live_watch.unregister()
     look.unregister()
     command_line.unregister()

@@ -19,6 +19,7 @@ DRAWING = 0.1  # share of the time that drawing the progress may take
 DRAWN = 0.2, 5.0  # s, least and most from one drawing to the next
 SMOOTHED = 0.2  # weight of the last wait between slices in their mean
 SOLVING = 0.9  # of the bar; the rest is reading and evaluating
+AFTER = "Evaluating", "Checking"  # stages after solving
 NAVIGATION = set("MOUSEMOVE MIDDLEMOUSE WHEELUPMOUSE WHEELDOWNMOUSE TRACKPADPAN TRACKPADZOOM MOUSEROTATE".split())
 CLICKS = {"LEFTMOUSE", "INBETWEEN_MOUSEMOVE"}
 CANCEL, KEEP = "CANCEL", "KEEP"
@@ -47,7 +48,9 @@ class _Current:
         return time.perf_counter() - self.begun
 
     def left(self):
-        """Seconds that solving may still take, None where nothing is known."""
+        """Seconds that solving may still take, None where nothing is known, or it is over."""
+        if self.stage.text.startswith(AFTER) or self.wish == KEEP:
+            return None
         whole = seconds_to(self.history, self.target) if self.target else None
         return None if whole is None else max(whole - self.elapsed(), 0.0)
 
@@ -57,7 +60,7 @@ class _Current:
         if self.target:
             left = self.left()
             now = SOLVING * (0.0 if left is None else self.elapsed() / max(self.elapsed() + left, 1e-9))
-            if self.stage.text.startswith(("Evaluating", "Checking")):
+            if self.stage.text.startswith(AFTER):
                 now = SOLVING + (1 - SOLVING) * self.stage.fraction
         self.fraction = max(self.fraction, min(now, 1.0))
         return self.fraction

@@ -3,7 +3,7 @@
 from bpy.types import Panel, UIList
 
 from ..operators.bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
-from ..operators.baking.report import counted, percent
+from ..operators.baking.report import counted, duration, percent
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from ..operators.example_room import NAME as EXAMPLE
 from ..operators.example_room import PDM_OT_example_room
@@ -23,6 +23,7 @@ from .wrapped import wrapped
 MOST_LISTED = 30  # warnings; the JSON report has them all
 ICONS = {"SPHERE": "MESH_UVSPHERE", "PLANE": "MESH_PLANE", "PLANES": "MESH_CUBE"}
 DARK = "Nothing shines yet: add a light, give an object a material with Emission, or the world a colour"
+CURVE = "Error against seconds; dotted: the target"
 EMPTY = "Nothing to bake yet: add a mesh object, or the example room"
 
 
@@ -46,15 +47,16 @@ class PDM_PT_bake(_Sidebar, Panel):
             _running(layout, context)
             return
         panel_shown(context)
-        icon, text = summary(settings)
-        wrapped(layout, context, text, icon)
+        if is_empty(settings):
+            wrapped(layout, context, EMPTY, "INFO")
+        else:
+            icon, text = summary(settings)
+            wrapped(layout, context, text, icon)
         if is_dark(settings):
             wrapped(layout, context, DARK, "LIGHT")
-        if is_empty(settings):
-            wrapped(layout, context, EMPTY)
         layout.row().prop(settings, "preset", text="")
         if settings.preset == "CUSTOM":
-            layout.prop(settings, "target_error")
+            layout.prop(settings, "target_error", text=percent(settings.target_error))
         row = layout.row()
         row.scale_y = 1.6
         operator = row.operator(PDM_OT_bake.bl_idname, icon="RENDER_STILL")
@@ -71,9 +73,9 @@ def _running(layout, context):
     column.progress(factor=current.done(), text=stage.text)
     left = current.left()
     row = column.row()
-    row.label(text=f"{current.elapsed():.0f} s", icon="TIME")
+    row.label(text=duration(current.elapsed()), icon="TIME")
     if left is not None:
-        row.label(text=f"about {left:.0f} s left")
+        row.label(text=f"about {duration(left)} left")
     if current.target:
         column.label(text=f"Error {percent(stage.error)}, target {percent(current.target)}", icon="DRIVER_DISTANCE")
     row = layout.row(align=True)
@@ -84,8 +86,9 @@ def _running(layout, context):
         keep.enabled = current.can_be_kept()
         keep.operator(PDM_OT_stop.bl_idname, text="Keep the Best So Far", icon="CHECKMARK").keep = True
     history = [tuple(row) for row in current.history]
-    if history:
+    if len(history) > 1:
         picture(layout, "running", str(history), lambda: graph([history], current.target or None))
+        wrapped(layout, context, CURVE)
 
 
 def _result(layout, context, report):
@@ -127,7 +130,8 @@ class PDM_PT_advanced(_Part, Panel):
         layout.use_property_decorate = False
         layout.enabled = current.stage is None
         for name in SETTING_NAMES:
-            layout.prop(settings, name)
+            if name != "layer" or settings.blend != "REPLACE":
+                layout.prop(settings, name)
         layout.prop(settings, "show_after_bake")
 
 
@@ -210,7 +214,7 @@ class PDM_PT_report(_Part, Panel):
         if history:
             level = report["settings"]["target_error"]
             picture(layout, "last", f"{history} {level}", lambda: graph([history], level))
-            wrapped(layout, context, "Error against seconds; dotted: the target")
+            wrapped(layout, context, CURVE)
         told = [f"{float(t):.2%}: about {s:.1f} s" for t, s in (report.get("foretold") or {}).items() if s]
         _list(layout, context, told, "for tighter targets", "TIME")
         if errors := report.get("heat_map"):

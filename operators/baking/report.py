@@ -95,6 +95,16 @@ def percent(error):
     return "unknown" if error is None or not math.isfinite(error) else f"{100 * error:.2g} %"
 
 
+def duration(seconds):
+    """12 s, 2 min 5 s, 1 h 44 min"""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600:,} h {whole % 3600 // 60} min"
+
+
 def counted(number, one, many=None):
     """1 object, 2,000 objects"""
     return f"{number:,} {one if number == 1 else many or one + 's'}"

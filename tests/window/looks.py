@@ -1,0 +1,59 @@
+"""The sidebar narrow, in the light theme, at 125 %, with everything unfolded."""
+
+
+def unfold():
+    """Before the sidebar is drawn: later a panel stays as it was."""
+    panels = module("ui.panels")
+    for name in ("advanced", "objects", "report", "details", "convergence"):
+        cls = getattr(panels, f"PDM_PT_{name}")
+        bpy.utils.unregister_class(cls)
+        cls.bl_options = set()
+        bpy.utils.register_class(cls)
+
+
+def narrow(width):
+    """Drags the sidebar's left border."""
+    own, height = region(), window().height
+    y = height - own.y - own.height // 2
+    xdo("mousemove", own.x, y, "mousedown", 1)
+    yield 0.3
+    for x in (own.x + 5, own.x + (own.width - width) // 2, own.x + own.width - width):
+        move(x, y)
+        yield 0.2
+    xdo("mouseup", 1)
+    yield 1.0
+
+
+def steps():
+    unfold()
+    yield from panel()
+    first_scene()
+    bpy.data.objects["Sphere"].modifiers.new("Wave", "WAVE")
+    mesh = bpy.data.meshes.new("A wire of a long name")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0)], [(0, 1)], [])
+    bpy.context.collection.objects.link(bpy.data.objects.new(mesh.name, mesh))
+    yield 2.0
+    yield from pick("DRAFT")
+    yield from press("pdm.bake")
+    yield from until(lambda: not running())
+    preferences = bpy.context.preferences
+    shot("usual")
+    yield from narrow(170)
+    shot("narrow")
+    yield from narrow(290)
+    preferences.view.ui_scale = 1.25
+    yield 1.5
+    shot("125")
+    preferences.view.ui_scale = 1.0
+    themes = [path for path in bpy.utils.preset_paths("interface_theme")]
+    light = [file for path in themes for file in Path(path).glob("*ight.xml")]
+    with bpy.context.temp_override(**view()):
+        bpy.ops.script.execute_preset(filepath=str(light[0]), menu_idname="USERPREF_MT_interface_theme_presets")
+    yield 1.5
+    shot("light")
+    settings().listed_index = 0
+    yield 1.0
+    shot("refused")
+    settings().listed_index = [item.name for item in settings().listed].index("Plane")
+    yield 1.0
+    shot("coarse")
