@@ -2,9 +2,9 @@
 
 import bpy
 
-from . import command_line, live_watch, look
-from .baking import again
+from . import command_line, live_watch, look, portuguese
 from .bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
+from .baking import again
 from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from .example_room import PDM_OT_example_room
 from .listed import PDM_PG_listed
@@ -35,8 +35,11 @@ CLASSES = (
 
 def register():
     for cls in CLASSES:
+        if cls.__doc__ and issubclass(cls, bpy.types.Operator):
+            cls.bl_description = " ".join(cls.__doc__.split())  # the tooltip, without the source's line ends
         bpy.utils.register_class(cls)
     bpy.types.Scene.pdm_radiosity = bpy.props.PointerProperty(type=PDM_PG_scene)
+    portuguese.register()
     command_line.register()
     look.register()
     live_watch.register()
@@ -49,6 +52,7 @@ def unregister():
     live_watch.unregister()
     look.unregister()
     command_line.unregister()
+    portuguese.unregister()
     del bpy.types.Scene.pdm_radiosity
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

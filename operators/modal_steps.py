@@ -9,8 +9,9 @@ from ..pdm_core.foretell import seconds_to
 from ..pdm_core.signs_of_life import finish
 from .baking.bake import Stage
 from .baking.colour_attribute import BakeError
-from .baking.report import percent
+from .baking.report import duration, percent
 from .edit_mode import object_mode
+from .words import say
 
 CATEGORY = "Radiosity"  # tab of the sidebar
 TICK = 0.002  # s between timer events: hardly a wait between slices
@@ -19,6 +20,7 @@ DRAWING = 0.1  # share of the time that drawing the progress may take
 DRAWN = 0.2, 5.0  # s, least and most from one drawing to the next
 SMOOTHED = 0.2  # weight of the last wait between slices in their mean
 SOLVING = 0.9  # of the bar; the rest is reading and evaluating
+CANCELS = "Esc cancels"
 AFTER = "Evaluating", "Checking"  # stages after solving
 NAVIGATION = set("MOUSEMOVE MIDDLEMOUSE WHEELUPMOUSE WHEELDOWNMOUSE TRACKPADPAN TRACKPADZOOM MOUSEROTATE".split())
 CLICKS = {"LEFTMOUSE", "INBETWEEN_MOUSEMOVE"}
@@ -158,7 +160,7 @@ class Steps(Idle):
     def stopped(self, context):
         """Esc was pressed."""
         self.cancel(context)
-        self.report({"INFO"}, f"{self.bl_label} cancelled, nothing was changed")
+        self.report({"INFO"}, say("{} cancelled, nothing was changed", say(self.bl_label)))
         return {"CANCELLED"}
 
     def cancel(self, context):
@@ -174,8 +176,8 @@ class Steps(Idle):
 def status():
     """Where the work is, on one line."""
     stage = current.stage
-    reached = f", error {percent(stage.error)}" if math.isfinite(stage.error) else ""
-    return f"{stage.text}: {100 * current.done():.0f} %{reached}, {current.elapsed():.0f} s.  Esc cancels"
+    reached = say(", error {}", percent(stage.error)) if math.isfinite(stage.error) else ""
+    return f"{say(stage.text)}: {100 * current.done():.0f} %{reached}, {duration(current.elapsed())}.  {say(CANCELS)}"
 
 
 def stop_bake(context):

@@ -1,5 +1,5 @@
-"""The light multiplied into, or added to, another colour layer of the meshes, which itself stays as it is: the next bake
-starts from it again."""
+"""The light multiplied into, or added to, another colour layer of the meshes, which itself stays as it is: the next
+bake starts from it again."""
 
 import bpy
 import numpy as np

@@ -1,5 +1,25 @@
 """The sidebar narrow, in the light theme, at 125 %, with everything unfolded."""
 
+from pathlib import Path
+
+import bpy
+from hands import (
+    first_scene,
+    module,
+    move,
+    panel,
+    pick,
+    press,
+    region,
+    running,
+    settings,
+    shot,
+    until,
+    view,
+    window,
+    xdo,
+)
+
 
 def unfold():
     """Before the sidebar is drawn: later a panel stays as it was."""

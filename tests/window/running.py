@@ -1,5 +1,8 @@
 """While a bake runs, how it ends, Live, and what is refused."""
 
+import bpy
+from hands import first_scene, key, panel, pick, press, running, settings, shot, started, until
+
 
 def steps():
     yield from panel()
@@ -29,7 +32,7 @@ def steps():
     shot("16-live-on")
     yield from press("pdm.bake")
     yield from until(lambda: not running())
-    bpy.data.lights[-1].color = 1, 0.3, 0.2
+    bpy.data.objects["Area"].data.color = 1, 0.3, 0.2
     yield 1.5
     shot("17-live")
     bpy.data.objects["Sphere"].location.x += 0.5

@@ -4,7 +4,7 @@
 #   shot.sh EXTENSION.zip SCRIPT.py OUTPUT.png
 #
 # The script has a generator `def steps():`; each `yield SECONDS` lets Blender draw and handle events for that long.
-# What it may call is in driver.py. OUTPUT.png is the screen at the end; shot("name") writes OUTPUT-name.png.
+# What it may call is in hands.py. OUTPUT.png is the screen at the end; shot("name") writes OUTPUT-name.png.
 # Ends with 0 where the script raised nothing.
 #
 # It needs Xvfb, a window manager (openbox), xdotool, ImageMagick's import, and a Blender with a window.
@@ -37,7 +37,7 @@ for program in "$BLENDER" Xvfb openbox xdotool import; do
     $ENTER sh -c "command -v '$program'" >/dev/null \
         || fail "$program was not found; install it, set BLENDER to a Blender with a window, or BLENDER_ROOT"
 done
-cp "$1" "$ROOT$WORK/extension.zip" && cp "$2" "$ROOT$WORK/script.py" && cp "$HERE/driver.py" "$ROOT$WORK/" || fail "cannot copy"
+cp "$1" "$ROOT$WORK/extension.zip" && cp "$2" "$ROOT$WORK/script.py" && cp "$HERE"/{driver,hands}.py "$ROOT$WORK/" || fail "cannot copy"
 
 cat > "$ROOT$WORK/inside.sh" <<'INSIDE'
 cd "$1"; LIMIT=$2; mkdir home

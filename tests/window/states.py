@@ -2,6 +2,9 @@
 
 import time
 
+import bpy
+from hands import area, baked, clear, first_scene, key, panel, pick, press, running, say, settings, shot, until
+
 
 def steps():
     yield from panel()
