@@ -13,7 +13,7 @@ from ..numerics import gmres
 from ..plan import RAY_MEMORY
 from ..read_off import materials_at, spread_points
 from ..signs_of_life import finish, in_thread
-from .direct import AT_NODES, COARSE, READ, Shares
+from .direct import AT_NODES, COARSE, FINE, READ, ROUGHLY, Shares
 from .facets import Facets
 from .nodes import FINEST, LIT, Nodes
 from .placed import Placed
@@ -151,7 +151,8 @@ class RayState:
     def lit(self, receivers, roughly=False):
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
         tolerance = np.full(len(receivers), self.told * self.target * self.level)
-        return (yield from self.shares.at(receivers, tolerance, READ[roughly or self.target > COARSE]))
+        points = ROUGHLY if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
+        return (yield from self.shares.at(receivers, tolerance, points))
 
     def incident(self, receivers, roughly=False):
         """Irradiance / pi (n, 3) at receivers, how far its direct part (n,) and the rest (n, 3) may be off; yields."""

@@ -74,7 +74,8 @@ def test_every_string_has_an_entry_with_the_same_values(shown, addon):
     assert {text for text in words if text not in shown} <= {
         "object", "objects", "light", "lights", "Read", "Solve", "Evaluate", "Check", "Write", "Total", "Objects baked",
         "Vertices", "Error", "Between vertices", "Seconds", "For tighter targets", "Warnings", "Notes", "Left out",
-        "Plan", "Own errors", "Time", "Said", "Estimating errors", "Stop solving and bake what there is, with its error",
+        "Plan", "Own errors", "Time", "Said", "Estimating errors",
+        "Stop solving and bake what there is, with its error",
     }  # fmt: skip
 
 
