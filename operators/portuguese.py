@@ -29,7 +29,7 @@ WORDS = {
     "{} was removed or renamed": "{} foi removido ou mudou de nome",
     "Colours between its vertices are {} off": "As cores entre os seus vértices têm um erro de {}",
     "Error {} in {}": "Erro {} em {}",
-    "Error {} in {}: above the target": "Erro {} em {}: acima do pedido",
+    "Error {}: above the target": "Erro {}: acima do pedido",
     "{} off between vertices": "Erro de {} entre os vértices",
     "Subdivide and Bake Again": "Subdividir e calcular de novo",
     "Keep the Best So Far": "Ficar com o melhor até agora",

@@ -38,7 +38,7 @@ class BakeProperties:
         max=1.0,
         soft_min=1e-3,
         soft_max=0.1,
-        precision=4,
+        precision=5,
         step=0.1,
     )
     time_limit: FloatProperty(

@@ -107,7 +107,7 @@ def _result(layout, context, report):
     if is_reached:
         column.label(text=say("Error {} in {}", reached, seconds), icon="CHECKMARK")
     else:
-        wrapped(column, context, say("Error {} in {}: above the target", reached, seconds), "ERROR")
+        wrapped(column, context, say("Error {}: above the target", reached), "ERROR")
     if too_coarse(report):
         wrapped(column, context, say("{} off between vertices", percent(report["between_vertices"])), "ERROR")
         operator = layout.operator(PDM_OT_subdivide.bl_idname, text="Subdivide and Bake Again", icon="MOD_SUBSURF")

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import bpy
-from hands import (
+from hands import buttons, click, (
     first_scene,
     module,
     move,
@@ -21,14 +21,16 @@ from hands import (
 )
 
 
+HEADER = 25  # pixels from one folded part to the next
+
+
 def unfold():
-    """Before the sidebar is drawn: later a panel stays as it was."""
-    panels = module("ui.panels")
-    for name in ("advanced", "objects", "report", "details", "convergence"):
-        cls = getattr(panels, f"PDM_PT_{name}")
-        bpy.utils.unregister_class(cls)
-        cls.bl_options = set()
-        bpy.utils.register_class(cls)
+    """Clicks the headers of Advanced, Objects, Report and Details, the last first: those above stay where they are."""
+    found = yield from buttons()
+    x, y = next((x, y) for python, x, y in reversed(found) if "preview_material" in python)
+    for part in range(4, 0, -1):
+        click(x - 60, y + 8 + HEADER * part)
+        yield 0.7
 
 
 def narrow(width):
@@ -45,7 +47,6 @@ def narrow(width):
 
 
 def steps():
-    unfold()
     yield from panel()
     first_scene()
     bpy.data.objects["Sphere"].modifiers.new("Wave", "WAVE")
@@ -57,6 +58,7 @@ def steps():
     yield from press("pdm.bake")
     yield from until(lambda: not running())
     preferences = bpy.context.preferences
+    yield from unfold()
     shot("usual")
     yield from narrow(170)
     shot("narrow")
@@ -77,3 +79,10 @@ def steps():
     settings().listed_index = [item.name for item in settings().listed].index("Plane")
     yield 1.0
     shot("coarse")
+    if "pt_PT" in bpy.app.translations.locales:
+        preferences.view.language = "pt_PT"
+        yield 2.0
+        shot("portuguese")
+        assert bpy.app.translations.pgettext_iface("Bake Radiosity", "Operator") == "Calcular radiosidade"
+    else:
+        say("this Blender comes without Portuguese")

@@ -33,7 +33,7 @@ def steps():
     yield from press("pdm.bake")
     yield from until(lambda: not running())
     bpy.data.objects["Area"].data.color = 1, 0.3, 0.2
-    yield 1.5
+    yield 4.0
     shot("17-live")
     bpy.data.objects["Sphere"].location.x += 0.5
     yield 1.5
@@ -46,6 +46,8 @@ def steps():
     shot("19-refused")
     for light in bpy.data.lights:
         light.energy = 0
+    background = bpy.context.scene.world.node_tree.nodes["Background"]
+    background.inputs["Strength"].default_value = 0
     yield 2.0
     shot("20-dark")
     yield from press("pdm.bake")
