@@ -3,9 +3,10 @@
 from pathlib import Path
 
 import bpy
-from hands import buttons, click, (
+from hands import (
+    buttons,
+    click,
     first_scene,
-    module,
     move,
     panel,
     pick,
@@ -19,7 +20,6 @@ from hands import buttons, click, (
     window,
     xdo,
 )
-
 
 HEADER = 25  # pixels from one folded part to the next
 
