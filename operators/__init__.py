@@ -7,6 +7,7 @@ from .bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
 from .baking import again
 from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from .example_room import PDM_OT_example_room
+from .export import PDM_OT_export
 from .listed import PDM_PG_listed
 from .live_watch import PDM_OT_free_live
 from .mend import PDM_OT_mend
@@ -27,6 +28,7 @@ CLASSES = (
     PDM_OT_show_colours,
     PDM_OT_preview_material,
     PDM_OT_subdivide,
+    PDM_OT_export,
     PDM_OT_convergence,
     PDM_OT_convergence_page,
     PDM_OT_free_live,

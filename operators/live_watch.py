@@ -13,6 +13,7 @@ from .live import UNSEEN, live, relight, shown_by
 from .modal_steps import current, redraw_sidebars
 from .words import say
 
+BEGIN = "Bake to begin"
 MOVED = "What shapes the light has changed; bake again to go on"
 
 
@@ -102,7 +103,7 @@ def status(settings):
     if not settings.live:
         return None, ""
     if live.held is None:
-        return "INFO", say(live.dropped or "Bake to begin")
+        return "INFO", say(live.dropped or BEGIN)
     if live.held.problem:
         return "ERROR", live.held.problem
     text = say("{} MB kept", f"{live.held.kept.bytes / 1e6:,.0f}")

@@ -150,6 +150,21 @@ WORDS = {
         "Onde se escrevem a página, JSON e CSV; vazio: uma nova pasta temporária",
     "Open the page of the last run in the browser": "Abre a página do último cálculo no navegador",
     "Open the Page": "Abrir a página",
+    "Export Baked": "Exportar",
+    "Write the baked objects with their colours for other programs. The scene stays as it is":
+        "Escreve os objetos calculados e as suas cores para outros programas. A cena fica como está",
+    "File": "Arquivo",
+    "Its ending is that of the format": "A extensão é a do formato",
+    "Format": "Formato",
+    "What the file is for": "Para que serve o arquivo",
+    "glTF": "glTF",
+    "COLOR_0, linear: radiance on unlit materials, irradiance times the materials' own colour":
+        "COLOR_0, linear: radiância em materiais sem luz, irradiância vezes a cor própria dos materiais",
+    "FBX": "FBX",
+    "Vertex colours in sRGB, 8 bits where it is read": "Cores de vértice em sRGB, 8 bits onde é lido",
+    "OBJ": "OBJ",
+    "A colour a vertex behind its place, in sRGB: no hard edges, any brightness":
+        "Uma cor por vértice depois da posição, em sRGB: sem arestas vivas, qualquer brilho",
     # settings
     "Which objects receive colours. Every recognised object lights the others either way":
         "Que objetos recebem cores. Todos os objetos reconhecidos iluminam os outros",

@@ -7,6 +7,7 @@ from ..operators.baking.report import duration, percent
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from ..operators.example_room import NAME as EXAMPLE
 from ..operators.example_room import PDM_OT_example_room
+from ..operators.export import PDM_OT_export
 from ..operators.listed import LABELS
 from ..operators.live_watch import PDM_OT_free_live, status
 from ..operators.look import is_dark, is_empty, panel_shown, summary
@@ -118,6 +119,7 @@ def _result(layout, context, report):
     row.operator(PDM_OT_preview_material.bl_idname, icon="MATERIAL").remove = False
     if any_preview():
         row.operator(PDM_OT_preview_material.bl_idname, text="", icon="X").remove = True
+    layout.operator(PDM_OT_export.bl_idname, icon="EXPORT")
 
 
 def _live(layout, context):

@@ -17,6 +17,7 @@ NEVER_SHOWN = {
     "listed",
     "listed_index",
     "rna_type",
+    "filter_glob",
     "keep",
 }
 
@@ -60,7 +61,7 @@ def shown(addon):
             rna = getattr(bpy.ops.pdm, cls.bl_idname.split(".")[1]).get_rna_type()
             found |= {rna.name, rna.description, *of_properties(rna)}
     found |= {addon("ui.panels").PDM_PT_bake.bl_label, *(label for _, label, _ in addon("ui.panels").PARTS)}
-    found |= set(addon("operators.listed").LABELS.values()) | {addon("operators.live_watch").MOVED}
+    found |= set(addon("operators.listed").LABELS.values()) | {addon("operators.live_watch").MOVED, "Bake to begin"}
     for path in SOURCES:
         found |= set(literals(path))
     return {text for text in found if text}

@@ -13,6 +13,7 @@ from hands import (
     press,
     region,
     running,
+    say,
     settings,
     shot,
     until,
