@@ -11,6 +11,7 @@ import numpy as np
 from ...pdm_core.foretell import seconds_to
 from ..reading.read_scene import some
 
+SCHEMA = 1
 MOST_NAMED = 4  # objects in one warning
 FORETOLD = (0.01, 0.005, 0.0025)  # targets
 MANIFEST = Path(__file__).parents[2] / "blender_manifest.toml"
@@ -19,6 +20,7 @@ MANIFEST = Path(__file__).parents[2] / "blender_manifest.toml"
 def bake_report(context, settings, reading, solution, between, items, points, seconds):
     """dict of plain JSON types (infinite and undefined numbers are None).
 
+    schema: rises where a key goes or comes to mean something else, see docs/report.schema.json
     versions {extension, blender, numpy}; file, scene; settings (those of bpy.ops.pdm.bake)
     objects [{name, kind, label, exactness, baked, reason, domain, vertices, between, error}]: every recognised object;
         exactness 'exact' or 'approximate'; the last four if baked; between: its part of between_vertices; error: its
@@ -41,6 +43,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
     warnings = list(reading.warnings) + list(solution.warnings) + _own_warnings(settings, between, items)
     warnings += _uncoloured(objects)
     report = {
+        "schema": SCHEMA,
         "versions": {"extension": version(), "blender": bpy.app.version_string, "numpy": np.__version__},
         "file": bpy.data.filepath,
         "scene": context.scene.name,
