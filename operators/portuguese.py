@@ -22,7 +22,7 @@ WORDS = {
     "light": "luz",
     "lights": "luzes",
     "sky": "céu",
-    "{} refused": "{} recusados",
+    "{} refused": "{} de fora",
     "mesh object": "malha",
     "mesh objects": "malhas",
     "{} hidden from the render: left out": "{} sem visibilidade no render: de fora",

@@ -12,15 +12,16 @@ OF_LIGHT = ("areas", "reflectance", "emission", "background")
 
 
 class _Last:
-    """solution: what was solved, or None; settings: the BakeSettings it was solved for."""
+    """solution: what was solved, or None; settings: the BakeSettings it was solved for; is_offered: whether the Redo
+    panel has been that bake's."""
 
-    solution = settings = None
+    solution, settings, is_offered = None, None, False
 
     def keep(self, settings, solution):
-        self.settings, self.solution = settings, solution
+        self.settings, self.solution, self.is_offered = settings, solution, False
 
     def drop(self):
-        self.settings = self.solution = None
+        self.keep(None, None)
 
     def recall(self, settings, scene):
         """The solution of this Scene, if it is at hand."""
@@ -51,10 +52,13 @@ def _bounds(scene):
 
 @persistent
 def _changed(*_):
-    """Frees it once another operator has taken the Redo panel."""
+    """Frees it once another operator has taken the Redo panel, which a bake gets only after its last change."""
     done = bpy.context.window_manager.operators
-    if last.solution is not None and done and done[-1].bl_idname != "PDM_OT_bake":
-        last.drop()
+    if last.solution is not None and done:
+        if done[-1].bl_idname == "PDM_OT_bake":
+            last.is_offered = True
+        elif last.is_offered:
+            last.drop()
 
 
 @persistent

@@ -89,7 +89,7 @@ def test_blender_shows_it_only_to_who_reads_portuguese(addon, language):
     try:
         view.language = language
         view.use_translate_interface = view.use_translate_tooltips = True
-        assert say("{} refused", 3) == "3 recusados"
+        assert say("{} refused", 3) == "3 de fora"
         assert bpy.app.translations.pgettext_iface("Bake Radiosity", "Operator") == "Calcular radiosidade"
         view.language = "en_US"
         assert say("{} refused", 3) == "3 refused"

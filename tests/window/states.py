@@ -13,7 +13,7 @@ def steps():
     shot("01-empty")
     first_scene()
     shot("02-stale")
-    yield 2.0
+    yield 4.0
     shot("03-ready")
     begun = time.perf_counter()
     yield from press("pdm.bake")
