@@ -104,7 +104,7 @@ class Steps(Idle):
     def invoke(self, context, event):
         self.in_window, self.steps = True, self.make_steps(context)
         self.stopped_at, self.draw_at, self.is_drawn = time.perf_counter(), 0.0, False
-        self.wait, self.shown = 0.0, None
+        self.wait = 0.0
         timer = context.window_manager.event_timer_add(TICK, window=context.window)
         current.begin(self.steps, timer, self.target, self.can_keep)
         context.window_manager.modal_handler_add(self)
@@ -149,9 +149,7 @@ class Steps(Idle):
             current.at(next(self.steps))
             last, now = now, time.perf_counter()
         self.stopped_at = now
-        shown = current.stage.text, current.can_be_kept()
-        self.is_drawn = self.stopped_at >= self.draw_at or shown != self.shown
-        self.shown = shown
+        self.is_drawn = self.stopped_at >= self.draw_at  # a new stage waits too: a short bake has five of them
         current.slices.append(self.stopped_at - start)
         if self.is_drawn:
             redraw_sidebars(context)

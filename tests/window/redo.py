@@ -1,12 +1,30 @@
-"""The Redo panel after a bake: another exposure is seen at once, without solving."""
+"""The Redo panel after a bake: another exposure, quantity, domain and type are seen at once, without solving."""
 
 import time
 
 import bpy
 import numpy as np
-from hands import area, first_scene, module, panel, pick, press, running, say, settings, shot, until, view
+from hands import (
+    click,
+    first_scene,
+    key,
+    move,
+    panel,
+    pick,
+    press,
+    region,
+    running,
+    say,
+    settings,
+    shot,
+    until,
+    window,
+    xdo,
+)
 
-CHANGES = ("exposure", 1.0), ("quantity", "IRRADIANCE"), ("domain", "CORNER"), ("data_type", "BYTE_COLOR")
+ROW, HEADER, TITLE = 23, 45, 20  # pixels: of the Redo panel's rows, down to the middle of the first; the window's title
+ROWS = {"exposure": 7, "quantity": 4, "domain": 5, "data_type": 6}
+EXPECTED = {"exposure": 1.0, "quantity": "IRRADIANCE", "domain": "POINT", "data_type": "BYTE_COLOR"}
 
 
 def colours():
@@ -16,28 +34,50 @@ def colours():
     return values.reshape(-1, 4)[:, :3]
 
 
+def place(below):
+    """A place of the Redo panel, so many pixels below its top."""
+    own = region("HUD")
+    return own.x + int(0.7 * own.width), window().height + TITLE - own.y - own.height + below
+
+
+def change(name):
+    """By the mouse: a number is typed, a menu is scrolled to its next entry."""
+    x, y = place(HEADER + ROW * ROWS[name])
+    move(x, y)
+    yield 0.5
+    if name == "exposure":
+        xdo("click", "--repeat", 2, "--delay", 60, 1)
+        yield 0.7
+        key("ctrl+a")
+        xdo("type", "1")
+        key("Return")
+    else:
+        xdo("keydown", "ctrl", "click", 5, "keyup", "ctrl")
+
+
 def steps():
     yield from panel()
     first_scene()
     yield 2.0
     yield from pick("GOOD")
-    begun = time.perf_counter()
     yield from press("pdm.bake")
     yield from until(lambda: not running())
-    first, before = settings().report(), colours()
-    say(f"bake {first['seconds']['total']:.1f} s, solving {first['seconds']['solve']:.1f} s")
-    done = bpy.context.window_manager.operators[-1]
-    assert done.bl_idname == "PDM_OT_bake" and module("operators.baking.again").last.solution is not None
-    for name, value in CHANGES:
-        setattr(bpy.context.window_manager.operators[-1].properties, name, value)
-        begun = time.perf_counter()
-        with bpy.context.temp_override(**view()):
-            bpy.ops.ed.undo_redo()
-        yield 0.5
-        seconds = settings().report()["seconds"]
-        say(f"redo {name}: {time.perf_counter() - begun - 0.5:.1f} s, solving {seconds['solve']:.2f} s")
-        assert seconds["solve"] < 0.2 * first["seconds"]["solve"] and settings().report()["settings"][name] == value
+    first, before = settings().report()["seconds"], colours()
+    say(f"bake {first['total']:.1f} s, of it solving {first['solve']:.1f} s")
+    x, y = place(12)
+    move(x, y)
+    yield 0.5
+    click(x, y)
+    yield 2.0
+    shot("open")
+    for name, value in EXPECTED.items():
+        last, begun = settings().last_report, time.perf_counter()
+        yield from change(name)
+        yield from until(lambda last=last: settings().last_report != last)
+        report = settings().report()
+        taken, solving = time.perf_counter() - begun, report["seconds"]["solve"]
+        say(f"{name} {value}: {taken:.1f} s with the mouse, solving {solving:.2f} s")
+        shot(name)
+        assert report["settings"][name] == value and report["seconds"]["solve"] < 0.1 * first["solve"]
         if name == "exposure":
             assert np.allclose(colours(), 2 * before, rtol=1e-5)
-    shot("redone")
-    assert area().type == "VIEW_3D"
