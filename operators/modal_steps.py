@@ -102,7 +102,8 @@ class Steps(Idle):
         return self.done(context, result)
 
     def invoke(self, context, event):
-        self.in_window, self.steps = True, self.make_steps(context)
+        self.in_window = True
+        self.steps = self.make_steps(context)
         self.stopped_at, self.draw_at, self.is_drawn = time.perf_counter(), 0.0, False
         self.wait = 0.0
         timer = context.window_manager.event_timer_add(TICK, window=context.window)
