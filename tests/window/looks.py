@@ -35,16 +35,22 @@ def unfold():
 
 
 def narrow(width):
-    """Drags the sidebar's left border."""
-    own, height = region(), window().height
-    y = height - own.y - own.height // 2
-    xdo("mousemove", own.x, y, "mousedown", 1)
-    yield 0.3
-    for x in (own.x + 5, own.x + (own.width - width) // 2, own.x + own.width - width):
+    """Drags the sidebar's left border, some pixels of which can be grasped, until it is so wide."""
+    for off in range(-3, 6):
+        own = region()
+        if abs(own.width - width) < 25:
+            break
+        x, y = own.x + off, window().height - own.y - own.height // 2
         move(x, y)
-        yield 0.2
-    xdo("mouseup", 1)
-    yield 1.0
+        yield 0.3
+        xdo("mousedown", 1)
+        yield 0.3
+        for to in (x + (own.width - width) // 2, x + own.width - width):
+            move(to, y)
+            yield 0.2
+        xdo("mouseup", 1)
+        yield 0.7
+    assert abs(region().width - width) < 25, f"the sidebar stays {region().width} wide"
 
 
 def steps():
