@@ -104,7 +104,8 @@ class Steps(Idle):
     def invoke(self, context, event):
         self.in_window = True
         self.steps = self.make_steps(context)
-        self.stopped_at, self.draw_at, self.is_drawn = time.perf_counter(), 0.0, False
+        self.stopped_at, self.is_drawn = time.perf_counter(), False
+        self.draw_at = self.stopped_at + DRAWN[0]
         self.wait = 0.0
         timer = context.window_manager.event_timer_add(TICK, window=context.window)
         current.begin(self.steps, timer, self.target, self.can_keep)
