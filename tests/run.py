@@ -25,7 +25,13 @@ BLENDER = {  # each wheel fits one Python
     "blender-4.5": ("3.11", ["bpy==4.5.*", *TESTS]),
     "blender-5.2": ("3.13", ["bpy==5.2.*", *TESTS]),
 }
-WINDOW = {"states": "1600x900", "running": "1600x900", "redo": "1600x900", "looks": "1600x1400"}  # scripts, screens
+WINDOW = {  # scripts, and the screens they need
+    "states": "1600x900",
+    "running": "1600x900",
+    "redo": "1600x900",
+    "pressed": "1600x1800",
+    "looks": "1600x1800",
+}
 SUITE_SECONDS = 1800  # a Blender that hangs at exit must not hang the run
 
 

@@ -13,6 +13,7 @@ import bpy
 
 FOLDER = Path(os.environ["SHOT_FOLDER"])
 STEP = 9  # pixels between places that are looked at for buttons, at an interface scale of 1
+HEADER = 25  # pixels from one folded part of the panel to the next
 HOVER = 0.06  # s until Blender knows what is under the mouse
 
 
@@ -174,3 +175,13 @@ def pick(preset):
     """A target error."""
     settings().preset = preset
     yield 0.3
+
+
+def unfold(below="pdm.export"):
+    """Clicks the headers of Advanced, Objects, Report, Details and Error Against Time below a button, the last first:
+    those above stay where they are."""
+    found = yield from buttons()
+    x, y = next((x, y) for python, x, y in reversed(found) if below in python)
+    for part in range(5, 0, -1):
+        click(x - 60, y + 8 + HEADER * part)
+        yield 0.7

@@ -4,8 +4,6 @@ from pathlib import Path
 
 import bpy
 from hands import (
-    buttons,
-    click,
     first_scene,
     move,
     panel,
@@ -16,22 +14,12 @@ from hands import (
     say,
     settings,
     shot,
+    unfold,
     until,
     view,
     window,
     xdo,
 )
-
-HEADER = 25  # pixels from one folded part to the next
-
-
-def unfold():
-    """Clicks the headers of Advanced, Objects, Report and Details, the last first: those above stay where they are."""
-    found = yield from buttons()
-    x, y = next((x, y) for python, x, y in reversed(found) if "pdm.export" in python)
-    for part in range(4, 0, -1):
-        click(x - 60, y + 8 + HEADER * part)
-        yield 0.7
 
 
 def narrow(width):
