@@ -41,8 +41,8 @@ class KeptRays(KeptGroups):
             self.factor[:, k] = (yield from mapped(steps, lambda _, k=k: k / total))[0][:, 0]
         light = np.zeros((len(receivers), 3))
         for j, direction in enumerate(directions(state.read)):
-            yield from self._along(state, receivers, j, direction, light)
-            yield (len(state.sources) + j / state.read) / total
+            along = self._along(state, receivers, j, direction, light)
+            yield from mapped(along, lambda _, j=j: (len(state.sources) + j / state.read) / total)
         self.outside.settle()
         for array in (light, self.rows):
             array /= self.outside.total[:, None]
