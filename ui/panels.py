@@ -106,7 +106,7 @@ def _result(layout, context, report):
     reached, seconds = percent(report["error"]), f"{report['seconds']['total']:.1f} s"
     is_reached = report["error"] is not None and report["error"] <= report["settings"]["target_error"]
     if is_reached:
-        column.label(text=say("Error {} in {}", reached, seconds), icon="CHECKMARK")
+        wrapped(column, context, say("Error {} in {}", reached, seconds), "CHECKMARK")
     else:
         wrapped(column, context, say("Error {}: above the target", reached), "ERROR")
     if too_coarse(report):

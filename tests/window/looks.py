@@ -55,6 +55,12 @@ def steps():
     preferences = bpy.context.preferences
     yield from unfold()
     shot("usual")
+    settings().listed_index = 0
+    yield 1.0
+    shot("refused")
+    settings().listed_index = [item.name for item in settings().listed].index("Plane")
+    yield 1.0
+    shot("coarse")
     yield from narrow(170)
     shot("narrow")
     yield from narrow(290)
@@ -68,12 +74,6 @@ def steps():
         bpy.ops.script.execute_preset(filepath=str(light[0]), menu_idname="USERPREF_MT_interface_theme_presets")
     yield 1.5
     shot("light")
-    settings().listed_index = 0
-    yield 1.0
-    shot("refused")
-    settings().listed_index = [item.name for item in settings().listed].index("Plane")
-    yield 1.0
-    shot("coarse")
     if "pt_PT" in bpy.app.translations.locales:
         preferences.view.language = "pt_PT"
         yield 2.0
