@@ -106,7 +106,7 @@ class Steps(Idle):
         self.steps = self.make_steps(context)
         self.stopped_at, self.is_drawn = time.perf_counter(), False
         self.draw_at = self.stopped_at + DRAWN[0]
-        self.wait = 0.0
+        self.wait, self.kept = 0.0, False
         timer = context.window_manager.event_timer_add(TICK, window=context.window)
         current.begin(self.steps, timer, self.target, self.can_keep)
         context.window_manager.modal_handler_add(self)
@@ -151,7 +151,9 @@ class Steps(Idle):
             current.at(next(self.steps))
             last, now = now, time.perf_counter()
         self.stopped_at = now
-        self.is_drawn = self.stopped_at >= self.draw_at  # a new stage waits too: a short bake has five of them
+        kept = current.can_be_kept()  # a new stage waits for its turn: a short bake has five
+        self.is_drawn = self.stopped_at >= self.draw_at or kept != self.kept
+        self.kept = kept
         current.slices.append(self.stopped_at - start)
         if self.is_drawn:
             redraw_sidebars(context)

@@ -17,7 +17,7 @@ SCHEMA = json.loads((Path(__file__).resolve().parents[2] / "docs" / "report.sche
 
 
 @pytest.mark.parametrize("settings", [
-    {}, {"heat_map": True, "passes": {"DIRECT", "AO"}, "domain": "CORNER"}, {"target_error": 1e-6, "time_limit": 1.0}
+    {}, {"heat_map": True, "passes": {"DIRECT", "AO"}, "domain": "CORNER"}, {"quantity": "IRRADIANCE", "exposure": 2.0}
 ])  # fmt: skip
 def test_a_report_is_as_its_schema_says(settings):
     scenes.lit_ball()
