@@ -18,9 +18,12 @@ def steps():
     room.collection.objects.link(bpy.data.objects.new("Text", curve))
     yield 2.0
     yield from pick("DRAFT")
-    yield from press("pdm_radiosity.live")
     yield from press("pdm.bake")
     yield from until(lambda: not running() and settings().last_report)
+    yield from press("pdm_radiosity.live")
+    yield from press("pdm.bake")
+    yield from until(running)
+    yield from until(lambda: not running())
     shot("1-room")
     yield from press("pdm.free_live", share=0.87)
     assert not settings().live
