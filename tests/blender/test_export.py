@@ -90,9 +90,11 @@ def test_gltf_is_linear_color_0_on_unlit_materials_or_times_their_colour(tmp_pat
         assert ("KHR_materials_unlit" in material.get("extensions", {})) == is_unlit
     mesh = next(mesh for mesh in gltf["meshes"] if mesh["name"] == "Floor")
     accessor = gltf["accessors"][mesh["primitives"][0]["attributes"]["COLOR_0"]]
-    assert (accessor["componentType"], accessor["normalized"]) == (5123, True)
+    kind, whole = {5123: (np.uint16, 65535), 5126: (np.float32, 1)}[accessor["componentType"]]  # 4.2 writes floats too
+    assert accessor.get("normalized", False) == (whole > 1)
+    wide = {"VEC3": 3, "VEC4": 4}[accessor["type"]]
     start = gltf["bufferViews"][accessor["bufferView"]]["byteOffset"]
-    found = np.frombuffer(binary, np.uint16, 4 * accessor["count"], start).reshape(-1, 4)[:, :3] / 65535
+    found = np.frombuffer(binary, kind, wide * accessor["count"], start).reshape(-1, wide)[:, :3] / whole
     apart = np.abs(found[:, None] - expected[None]).max(axis=2)  # exporters choose the order of the corners
     assert apart.min(axis=0).max() < 2e-5 and apart.min(axis=1).max() < 2e-5
     if is_unlit:
