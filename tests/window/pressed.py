@@ -2,7 +2,7 @@
 against time."""
 
 import bpy
-from hands import clear, key, panel, pick, press, running, settings, shot, unfold, until
+from hands import clear, key, panel, pick, press, running, settings, shot, unfold, until, xdo
 
 
 def steps():
@@ -30,7 +30,7 @@ def steps():
     yield from press("pdm.export")
     yield 1.5
     shot("2-export")
-    key("Escape")
+    xdo("key", "Escape")  # to the file browser's own window, which has the focus
     yield 1.0
     yield from unfold()
     names = [item.name for item in settings().listed]
