@@ -3,10 +3,13 @@
 PYTHON ?= $(shell for p in python3 python3.13 python3.11 python $(HOME)/.pyenv/versions/3.*/bin/python3; do \
 	"$$p" -c 'import sys; sys.exit(sys.version_info < (3, 8))' >/dev/null 2>&1 && { echo "$$p"; break; }; done)
 
-.PHONY: test zip demo bench report stability lint clean
+.PHONY: test test-window zip demo bench report stability lint clean
 
 test:
 	@$(PYTHON) tests/run.py test
+
+test-window:
+	@$(PYTHON) tests/run.py test-window
 
 zip:
 	@$(PYTHON) tests/run.py zip

@@ -2,10 +2,12 @@
 
 import bpy
 
-from . import command_line, live_watch, look
+from . import command_line, live_watch, look, portuguese
 from .bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
+from .baking import again
 from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from .example_room import PDM_OT_example_room
+from .export import PDM_OT_export
 from .listed import PDM_PG_listed
 from .live_watch import PDM_OT_free_live
 from .mend import PDM_OT_mend
@@ -26,6 +28,7 @@ CLASSES = (
     PDM_OT_show_colours,
     PDM_OT_preview_material,
     PDM_OT_subdivide,
+    PDM_OT_export,
     PDM_OT_convergence,
     PDM_OT_convergence_page,
     PDM_OT_free_live,
@@ -34,18 +37,24 @@ CLASSES = (
 
 def register():
     for cls in CLASSES:
+        if cls.__doc__ and issubclass(cls, bpy.types.Operator):
+            cls.bl_description = " ".join(cls.__doc__.split())  # the tooltip, without the source's line ends
         bpy.utils.register_class(cls)
     bpy.types.Scene.pdm_radiosity = bpy.props.PointerProperty(type=PDM_PG_scene)
+    portuguese.register()
     command_line.register()
     look.register()
     live_watch.register()
+    again.register()
 
 
 def unregister():
     stop_bake(bpy.context)
+    again.unregister()
     live_watch.unregister()
     look.unregister()
     command_line.unregister()
+    portuguese.unregister()
     del bpy.types.Scene.pdm_radiosity
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -4,12 +4,15 @@ from bpy.props import BoolProperty
 from bpy.types import Operator
 
 from ..pdm_core import SceneError
+from .baking.again import last
 from .baking.bake import BakeSettings, bake_steps, look_at_scene
 from .baking.report import counted, one_line
 from .edit_mode import object_mode
 from .modal_steps import CANCEL, KEEP, Idle, Steps, current
 from .settings import SETTING_NAMES, BakeProperties
 from .show_colours import show
+
+DOUBLE_CLICK = 0.5  # s
 
 
 class PDM_OT_bake(BakeProperties, Steps, Operator):
@@ -27,7 +30,11 @@ class PDM_OT_bake(BakeProperties, Steps, Operator):
 
     def make_steps(self, context):
         settings = BakeSettings(**{name: getattr(self, name) for name in SETTING_NAMES})
-        return bake_steps(context, settings, lambda: self.in_window and current.wish == KEEP)
+        is_redo = self.options.is_repeat  # the Redo panel has put the scene back to what it was
+        if not is_redo:
+            last.drop()
+        keeps = last if self.in_window or is_redo else None
+        return bake_steps(context, settings, lambda: self.in_window and current.wish == KEEP, keeps)
 
     def done(self, context, report):
         for warning in report["warnings"]:
@@ -55,6 +62,8 @@ class PDM_OT_stop(Operator):
         return current.stage is not None
 
     def execute(self, context):
+        if current.elapsed() < DOUBLE_CLICK:  # on Bake, in whose place Cancel appears
+            return {"CANCELLED"}
         current.wish = KEEP if self.keep else CANCEL
         return {"FINISHED"}
 

@@ -238,7 +238,7 @@ def _parser():
         "--time-limit", type=_number(0), default=0.0, metavar="S", help="seconds of reading and solving, 0 no limit"
     )
     bake.add_argument("--attribute", default="Radiosity", metavar="NAME", help="colour attribute, default Radiosity")
-    for name in ("quantity", "domain", "data_type"):
+    for name in ("quantity", "domain", "data_type", "blend"):
         keywords = BakeProperties.__annotations__[name].keywords
         choices = [item[0] for item in keywords["items"]]
         bake.add_argument(
@@ -249,6 +249,7 @@ def _parser():
             help=f"{keywords['description']}; default {keywords['default']}",
         )
     bake.add_argument("--exposure", type=_number(-32, 32), default=0.0, metavar="STOPS", help="colours times 2^STOPS")
+    bake.add_argument("--layer", default="", metavar="NAME", help="colour attribute that --blend is about; it stays")
     bake.add_argument("--output", type=_ending(".blend"), metavar="FILE.blend", help="save the baked file here")
     bake.add_argument("--report", metavar="FILE.json", help="write the report here")
     bake.add_argument("--image", type=_ending(".png"), metavar="FILE.png", help="render the baked scene (Cycles, CPU)")

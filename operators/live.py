@@ -10,8 +10,9 @@ import numpy as np
 
 from ..pdm_core.kept import Kept, under_light
 from ..pdm_core.signs_of_life import finish
-from .baking.colour_attribute import BakeError
+from .baking.colour_attribute import BakeError, Colours
 from .baking.error_map import names_written
+from .baking.layer import blended
 from .reading.materials import read_material
 from .reading.node_values import Value
 from .reading.read_lights import read_lights
@@ -187,5 +188,6 @@ def _write(held, values):
         attribute = obj and obj.data.color_attributes.get(held.settings.attribute)
         if not attribute or len(attribute.data) != points.size:
             raise BakeError(f"Object {name!r} has lost its colours; {AGAIN}")
-        attribute.data.foreach_set("color", points.colours(value).ravel())
+        item = blended(held.settings, Colours(name, points.domain, points.colours(value)))
+        attribute.data.foreach_set("color", item.colours.ravel())
         obj.data.update()

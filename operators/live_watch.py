@@ -11,7 +11,9 @@ from ..pdm_core import SceneError
 from .baking.colour_attribute import BakeError
 from .live import UNSEEN, live, relight, shown_by
 from .modal_steps import current, redraw_sidebars
+from .words import say
 
+BEGIN = "Bake to begin"
 MOVED = "What shapes the light has changed; bake again to go on"
 
 
@@ -101,11 +103,13 @@ def status(settings):
     if not settings.live:
         return None, ""
     if live.held is None:
-        return "INFO", live.dropped or "Bake to begin"
+        return "INFO", say(live.dropped or BEGIN)
     if live.held.problem:
         return "ERROR", live.held.problem
-    taken = f", {1000 * live.held.seconds:.0f} ms a change" if live.held.seconds else ""
-    return "CHECKMARK", f"{live.held.kept.bytes / 1e6:,.0f} MB kept{taken}"
+    text = say("{} MB kept", f"{live.held.kept.bytes / 1e6:,.0f}")
+    if live.held.seconds:
+        text += say(", {} ms a change", f"{1000 * live.held.seconds:.0f}")
+    return "CHECKMARK", text
 
 
 def register():

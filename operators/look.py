@@ -12,9 +12,9 @@ from bpy.app.handlers import persistent
 from ..pdm_core import SceneError
 from .baking.bake import look_at_steps
 from .baking.colour_attribute import BakeError
-from .baking.report import counted
 from .live import own_changes
 from .modal_steps import SLICE, current, redraw_sidebars
+from .words import many, say
 
 QUIET = 0.4  # s without a change before the scene is read
 SHOWN = 1.5  # s for which a drawn panel counts as shown
@@ -120,11 +120,11 @@ def summary(settings):
     if watch.problem:
         return "ERROR", watch.problem
     if scan is None:
-        return "VIEWZOOM", "Looking at the scene ..."
+        return "VIEWZOOM", say("Looking at the scene ...")
     lights = scan.get("shining") or {"count": 0, "sky": False}
-    parts = [counted(len(scan["objects"]), "object")]
-    parts += [counted(lights["count"], "light")] if lights["count"] or not lights["sky"] else []
-    parts += ["sky"] * lights["sky"] + [f"{len(scan['refused'])} refused"] * bool(scan["refused"])
+    parts = [many(len(scan["objects"]), "object", "objects")]
+    parts += [many(lights["count"], "light", "lights")] if lights["count"] or not lights["sky"] else []
+    parts += [say("sky")] * lights["sky"] + [say("{} refused", len(scan["refused"]))] * bool(scan["refused"])
     return "FILE_REFRESH" if watch.is_stale else "CHECKMARK" if not scan["refused"] else "INFO", ", ".join(parts)
 
 

@@ -9,8 +9,9 @@ from ..pdm_core.foretell import seconds_to
 from ..pdm_core.signs_of_life import finish
 from .baking.bake import Stage
 from .baking.colour_attribute import BakeError
-from .baking.report import percent
+from .baking.report import duration, percent
 from .edit_mode import object_mode
+from .words import say
 
 CATEGORY = "Radiosity"  # tab of the sidebar
 TICK = 0.002  # s between timer events: hardly a wait between slices
@@ -19,6 +20,8 @@ DRAWING = 0.1  # share of the time that drawing the progress may take
 DRAWN = 0.2, 5.0  # s, least and most from one drawing to the next
 SMOOTHED = 0.2  # weight of the last wait between slices in their mean
 SOLVING = 0.9  # of the bar; the rest is reading and evaluating
+CANCELS = "Esc cancels"
+AFTER = "Evaluating", "Checking"  # stages after solving
 NAVIGATION = set("MOUSEMOVE MIDDLEMOUSE WHEELUPMOUSE WHEELDOWNMOUSE TRACKPADPAN TRACKPADZOOM MOUSEROTATE".split())
 CLICKS = {"LEFTMOUSE", "INBETWEEN_MOUSEMOVE"}
 CANCEL, KEEP = "CANCEL", "KEEP"
@@ -47,7 +50,9 @@ class _Current:
         return time.perf_counter() - self.begun
 
     def left(self):
-        """Seconds that solving may still take, None where nothing is known."""
+        """Seconds that solving may still take, None where nothing is known, or it is over."""
+        if self.stage.text.startswith(AFTER) or self.wish == KEEP:
+            return None
         whole = seconds_to(self.history, self.target) if self.target else None
         return None if whole is None else max(whole - self.elapsed(), 0.0)
 
@@ -57,7 +62,7 @@ class _Current:
         if self.target:
             left = self.left()
             now = SOLVING * (0.0 if left is None else self.elapsed() / max(self.elapsed() + left, 1e-9))
-            if self.stage.text.startswith(("Evaluating", "Checking")):
+            if self.stage.text.startswith(AFTER):
                 now = SOLVING + (1 - SOLVING) * self.stage.fraction
         self.fraction = max(self.fraction, min(now, 1.0))
         return self.fraction
@@ -97,9 +102,11 @@ class Steps(Idle):
         return self.done(context, result)
 
     def invoke(self, context, event):
-        self.in_window, self.steps = True, self.make_steps(context)
-        self.stopped_at, self.draw_at, self.is_drawn = time.perf_counter(), 0.0, False
-        self.wait, self.shown = 0.0, None
+        self.in_window = True
+        self.steps = self.make_steps(context)
+        self.stopped_at, self.is_drawn = time.perf_counter(), False
+        self.draw_at = self.stopped_at + DRAWN[0]
+        self.wait, self.kept = 0.0, False
         timer = context.window_manager.event_timer_add(TICK, window=context.window)
         current.begin(self.steps, timer, self.target, self.can_keep)
         context.window_manager.modal_handler_add(self)
@@ -144,9 +151,9 @@ class Steps(Idle):
             current.at(next(self.steps))
             last, now = now, time.perf_counter()
         self.stopped_at = now
-        shown = current.stage.text, current.can_be_kept()
-        self.is_drawn = self.stopped_at >= self.draw_at or shown != self.shown
-        self.shown = shown
+        kept = current.can_be_kept()  # a new stage waits for its turn: a short bake has five
+        self.is_drawn = self.stopped_at >= self.draw_at or kept != self.kept
+        self.kept = kept
         current.slices.append(self.stopped_at - start)
         if self.is_drawn:
             redraw_sidebars(context)
@@ -155,7 +162,7 @@ class Steps(Idle):
     def stopped(self, context):
         """Esc was pressed."""
         self.cancel(context)
-        self.report({"INFO"}, f"{self.bl_label} cancelled, nothing was changed")
+        self.report({"INFO"}, say("{} cancelled, nothing was changed", say(self.bl_label)))
         return {"CANCELLED"}
 
     def cancel(self, context):
@@ -171,8 +178,8 @@ class Steps(Idle):
 def status():
     """Where the work is, on one line."""
     stage = current.stage
-    reached = f", error {percent(stage.error)}" if math.isfinite(stage.error) else ""
-    return f"{stage.text}: {100 * current.done():.0f} %{reached}, {current.elapsed():.0f} s.  Esc cancels"
+    reached = say(", error {}", percent(stage.error)) if math.isfinite(stage.error) else ""
+    return f"{say(stage.text)}: {100 * current.done():.0f} %{reached}, {duration(current.elapsed())}.  {say(CANCELS)}"
 
 
 def stop_bake(context):

@@ -38,7 +38,7 @@ class BakeProperties:
         max=1.0,
         soft_min=1e-3,
         soft_max=0.1,
-        precision=4,
+        precision=5,
         step=0.1,
     )
     time_limit: FloatProperty(
@@ -99,6 +99,21 @@ class BakeProperties:
         soft_min=-10.0,
         soft_max=10.0,
         step=10,
+    )
+    blend: EnumProperty(
+        name="Blend",
+        description="What becomes of a colour layer that the meshes have already",
+        items=[
+            ("REPLACE", "None", "The light alone"),
+            ("MULTIPLY", "Multiply into", "The layer times the light. The layer stays, Attribute gets the result"),
+            ("ADD", "Add to", "The layer and the light. The layer stays, Attribute gets the result"),
+        ],
+        default="REPLACE",
+    )
+    layer: StringProperty(
+        name="Layer",
+        description="Name of the colour layer that the light is multiplied into or added to. It stays as it is",
+        default="",
     )
     heat_map: BoolProperty(
         name="Error Map",
@@ -218,7 +233,8 @@ class PDM_PG_scene(BakeProperties, PropertyGroup):
     def keep(self, report):
         """Stores a bake's report, which is also the latest scan; its warnings stand in the report."""
         self.last_report = json.dumps(report)
-        self.keep_scan({**{key: report[key] for key in ("objects", "refused", "hidden", "lights")}, "warnings": []})
+        found = {key: report[key] for key in ("objects", "refused", "hidden", "lights", "shining")}
+        self.keep_scan({**found, "warnings": []})
 
     def keep_scan(self, scan):
         """Stores what was found in the scene, and lists it; nothing is touched where it is as before."""

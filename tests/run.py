@@ -1,6 +1,6 @@
 """What the Makefile calls: finds Pythons, makes virtual environments in build/, builds the zip, runs tests and demo.
 
-    python tests/run.py test | zip | demo | bench | report | stability | lint
+    python tests/run.py test | test-window | zip | demo | bench | report | stability | lint
 
 Runs on any Python 3.8 or newer. A Python that is missing is said loudly and its tests count as skipped; with CI=true
 in the environment they count as failed.
@@ -25,6 +25,13 @@ BLENDER = {  # each wheel fits one Python
     "blender-4.5": ("3.11", ["bpy==4.5.*", *TESTS]),
     "blender-5.2": ("3.13", ["bpy==5.2.*", *TESTS]),
 }
+WINDOW = {  # scripts, and the screens they need
+    "states": "1600x900",
+    "running": "1600x900",
+    "redo": "1600x900",
+    "pressed": "1600x1800",
+    "looks": "1600x1800",
+}
 SUITE_SECONDS = 1800  # a Blender that hangs at exit must not hang the run
 
 
@@ -32,6 +39,7 @@ def main(words):
     command = words[0] if len(words) == 1 else None
     commands = {
         "test": test,
+        "test-window": test_window,
         "zip": make_zip,
         "demo": demo,
         "bench": bench,
@@ -65,6 +73,21 @@ def test():
                 add(totals, run_suite(name, ["tests/blender"], environment))
     print("\n{passed} passed, {failed} failed, {skipped} skipped".format(**totals))
     return 1 if totals["failed"] or not totals["passed"] else 0
+
+
+def test_window():
+    """Scripts in a Blender with a window, pictures of which go to build/window: of BLENDER, or of each system in the
+    folders that WINDOW_ROOTS lists (see tests/window/shot.sh)."""
+    package, failed = build_zip(), []
+    for root in os.environ.get("WINDOW_ROOTS", "").split(os.pathsep):
+        for name, size in WINDOW.items():
+            picture = BUILD / "window" / (Path(root).name or "blender") / f"{name}.png"
+            print(f"\n=== {picture.relative_to(ROOT)}", flush=True)
+            words = ["bash", "tests/window/shot.sh", str(package), f"tests/window/{name}.py", str(picture)]
+            environment = {**os.environ, "SHOT_SIZE": size, "BLENDER_ROOT": root}
+            failed += [name] * (subprocess.run(words, cwd=ROOT, env=environment).returncode != 0)
+    print(f"\n{len(failed)} failed {' '.join(failed)}")
+    return 1 if failed else 0
 
 
 def make_zip():

@@ -3,25 +3,9 @@
 import bpy
 
 from . import previews
-from .panels import (
-    PDM_PT_advanced,
-    PDM_PT_bake,
-    PDM_PT_convergence,
-    PDM_PT_details,
-    PDM_PT_objects,
-    PDM_PT_report,
-    PDM_UL_objects,
-)
+from .panels import PDM_PT_bake, PDM_UL_objects
 
-CLASSES = (
-    PDM_UL_objects,
-    PDM_PT_bake,
-    PDM_PT_advanced,
-    PDM_PT_objects,
-    PDM_PT_report,
-    PDM_PT_details,
-    PDM_PT_convergence,
-)
+CLASSES = (PDM_UL_objects, PDM_PT_bake)
 
 
 def register():

@@ -3,10 +3,11 @@
 from bpy.types import Panel, UIList
 
 from ..operators.bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
-from ..operators.baking.report import counted, percent
+from ..operators.baking.report import duration, percent
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from ..operators.example_room import NAME as EXAMPLE
 from ..operators.example_room import PDM_OT_example_room
+from ..operators.export import PDM_OT_export
 from ..operators.listed import LABELS, instanced
 from ..operators.live_watch import PDM_OT_free_live, status
 from ..operators.look import is_dark, is_empty, panel_shown, summary
@@ -17,65 +18,75 @@ from ..operators.reporting.graph_image import graph
 from ..operators.settings import SETTING_NAMES
 from ..operators.show_colours import PDM_OT_show_colours, is_shown
 from ..operators.subdivide import PDM_OT_subdivide, too_coarse
+from ..operators.words import many, say
 from .previews import picture
 from .wrapped import wrapped
 
 MOST_LISTED = 30  # warnings; the JSON report has them all
 ICONS = {"SPHERE": "MESH_UVSPHERE", "PLANE": "MESH_PLANE", "PLANES": "MESH_CUBE"}
 DARK = "Nothing shines yet: add a light, give an object a material with Emission, or the world a colour"
+SOLVES = "Solves this scene to ever tighter targets, up to a minute. Nothing is changed."
+CURVE = "Error against seconds; dotted: the target"
 EMPTY = "Nothing to bake yet: add a mesh object, or the example room"
 
 
-class _Sidebar:
+class PDM_PT_bake(Panel):
+    bl_label = "PDM Radiosity"
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = CATEGORY
 
-
-class _Part(_Sidebar):
-    bl_parent_id = "PDM_PT_bake"
-    bl_options = {"DEFAULT_CLOSED"}
-
-
-class PDM_PT_bake(_Sidebar, Panel):
-    bl_label = "PDM Radiosity"
-
     def draw(self, context):
+        """All parts in one panel: panels of their own slide to their places only some time after another has grown."""
         layout, settings = self.layout, context.scene.pdm_radiosity
         if current.stage is not None:
             _running(layout, context)
-            return
-        panel_shown(context)
+        else:
+            _ready(layout, context, settings)
+        for name, label, part in PARTS:
+            if part in OF_REPORT and not settings.last_report:
+                continue
+            header, body = layout.panel(f"PDM_PT_{name}", default_closed=True)
+            header.label(text=label)
+            if body:
+                part(body, context)
+
+
+def _ready(layout, context, settings):
+    """What a bake will do, its target, and what the last one did."""
+    panel_shown(context)
+    if is_empty(settings):
+        wrapped(layout, context, say(EMPTY), "INFO")
+    else:
         icon, text = summary(settings)
         wrapped(layout, context, text, icon)
-        if is_dark(settings):
-            wrapped(layout, context, DARK, "LIGHT")
-        if is_empty(settings):
-            wrapped(layout, context, EMPTY)
-        layout.row().prop(settings, "preset", text="")
-        if settings.preset == "CUSTOM":
-            layout.prop(settings, "target_error")
-        row = layout.row()
-        row.scale_y = 1.6
-        operator = row.operator(PDM_OT_bake.bl_idname, icon="RENDER_STILL")
-        for name in SETTING_NAMES:
-            setattr(operator, name, getattr(settings, name))
-        if settings.last_report:
-            _result(layout, context, settings.report())
-        elif not context.scene.name.startswith(EXAMPLE):
-            layout.operator(PDM_OT_example_room.bl_idname, icon="ADD")
+    if is_dark(settings):
+        wrapped(layout, context, say(DARK), "LIGHT")
+    layout.row().prop(settings, "preset", text="")
+    if settings.preset == "CUSTOM":
+        layout.prop(settings, "target_error", text=percent(settings.target_error), translate=False)
+    row = layout.row()
+    row.scale_y = 1.6
+    operator = row.operator(PDM_OT_bake.bl_idname, icon="RENDER_STILL")
+    for name in SETTING_NAMES:
+        setattr(operator, name, getattr(settings, name))
+    if settings.last_report:
+        _result(layout, context, settings.report())
+    elif not context.scene.name.startswith(EXAMPLE):
+        layout.operator(PDM_OT_example_room.bl_idname, icon="ADD")
 
 
 def _running(layout, context):
     stage, column = current.stage, layout.column()
-    column.progress(factor=current.done(), text=stage.text)
+    column.progress(factor=current.done(), text=say(stage.text))
     left = current.left()
     row = column.row()
-    row.label(text=f"{current.elapsed():.0f} s", icon="TIME")
+    row.label(text=duration(current.elapsed()), icon="TIME")
     if left is not None:
-        row.label(text=f"about {left:.0f} s left")
+        row.label(text=say("about {} left", duration(left)))
     if current.target:
-        column.label(text=f"Error {percent(stage.error)}, target {percent(current.target)}", icon="DRIVER_DISTANCE")
+        text = say("Error {}, target {}", percent(stage.error), percent(current.target))
+        column.label(text=text, icon="DRIVER_DISTANCE")
     row = layout.row(align=True)
     row.scale_y = 1.3
     row.operator(PDM_OT_stop.bl_idname, icon="EVENT_ESC").keep = False
@@ -84,18 +95,22 @@ def _running(layout, context):
         keep.enabled = current.can_be_kept()
         keep.operator(PDM_OT_stop.bl_idname, text="Keep the Best So Far", icon="CHECKMARK").keep = True
     history = [tuple(row) for row in current.history]
-    if history:
+    if len(history) > 1:
         picture(layout, "running", str(history), lambda: graph([history], current.target or None))
+        wrapped(layout, context, say(CURVE))
 
 
 def _result(layout, context, report):
     """What the last bake reached, and how to see it."""
     column = layout.column(align=True)
-    text = f"Error {percent(report['error'])} in {report['seconds']['total']:.1f} s"
+    reached, seconds = percent(report["error"]), f"{report['seconds']['total']:.1f} s"
     is_reached = report["error"] is not None and report["error"] <= report["settings"]["target_error"]
-    column.label(text=text, icon="CHECKMARK" if is_reached else "ERROR")
+    if is_reached:
+        wrapped(column, context, say("Error {} in {}", reached, seconds), "CHECKMARK")
+    else:
+        wrapped(column, context, say("Error {}: above the target", reached), "ERROR")
     if too_coarse(report):
-        wrapped(column, context, f"{percent(report['between_vertices'])} off between vertices", "ERROR")
+        wrapped(column, context, say("{} off between vertices", percent(report["between_vertices"])), "ERROR")
         operator = layout.operator(PDM_OT_subdivide.bl_idname, text="Subdivide and Bake Again", icon="MOD_SUBSURF")
         operator.times, operator.rebake = 0, True
     layout.operator(PDM_OT_show_colours.bl_idname, icon="SHADING_SOLID", depress=is_shown(context.screen))
@@ -104,6 +119,7 @@ def _result(layout, context, report):
     row.operator(PDM_OT_preview_material.bl_idname, icon="MATERIAL").remove = False
     if any_preview():
         row.operator(PDM_OT_preview_material.bl_idname, text="", icon="X").remove = True
+    layout.operator(PDM_OT_export.bl_idname, icon="EXPORT")
 
 
 def _live(layout, context):
@@ -118,24 +134,23 @@ def _live(layout, context):
         wrapped(layout, context, text, icon)
 
 
-class PDM_PT_advanced(_Part, Panel):
-    bl_label = "Advanced"
-
-    def draw(self, context):
-        layout, settings = self.layout, context.scene.pdm_radiosity
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        layout.enabled = current.stage is None
-        for name in SETTING_NAMES:
+def _advanced(layout, context):
+    settings = context.scene.pdm_radiosity
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    layout.enabled = current.stage is None
+    for name in SETTING_NAMES:
+        if name != "layer" or settings.blend != "REPLACE":
             layout.prop(settings, name)
-        layout.prop(settings, "show_after_bake")
+    layout.prop(settings, "show_after_bake")
 
 
 class PDM_UL_objects(UIList):
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
         row = layout.row()
         row.active = not _is_gone(context, item.name)
-        row.label(text=item.name, icon=ICONS.get(item.kind, "MESH_DATA") if item.kind else "CANCEL")
+        icon = ICONS.get(item.kind, "MESH_DATA") if item.kind else "CANCEL"
+        row.label(text=item.name, icon=icon, translate=False)
         value = row.row()
         value.alignment = "RIGHT"
         if item.between >= 0:
@@ -145,22 +160,18 @@ class PDM_UL_objects(UIList):
             value.label(icon="INFO")
 
 
-class PDM_PT_objects(_Part, Panel):
-    bl_label = "Objects"
-
-    def draw(self, context):
-        layout, settings = self.layout, context.scene.pdm_radiosity
-        layout.enabled = current.stage is None
-        layout.template_list("PDM_UL_objects", "", settings, "listed", settings, "listed_index", rows=5)
-        scan = settings.scan()
-        if 0 <= settings.listed_index < len(settings.listed):
-            _chosen(layout, context, settings.listed[settings.listed_index])
-        if scan and scan["hidden"]:
-            wrapped(
-                layout, context, f"{counted(scan['hidden'], 'mesh object')} hidden from the render: left out", "HIDE_ON"
-            )
-        _list(layout, context, scan["warnings"] if scan else [], "notes", "ERROR")
-        layout.operator(PDM_OT_scan.bl_idname, icon="FILE_REFRESH")
+def _objects(layout, context):
+    settings = context.scene.pdm_radiosity
+    layout.enabled = current.stage is None
+    layout.template_list("PDM_UL_objects", "", settings, "listed", settings, "listed_index", rows=5)
+    scan = settings.scan()
+    if 0 <= settings.listed_index < len(settings.listed):
+        _chosen(layout, context, settings.listed[settings.listed_index])
+    if scan and scan["hidden"]:
+        hidden = many(scan["hidden"], "mesh object", "mesh objects")
+        wrapped(layout, context, say("{} hidden from the render: left out", hidden), "HIDE_ON")
+    _list(layout, context, scan["warnings"] if scan else [], "Notes", "ERROR")
+    layout.operator(PDM_OT_scan.bl_idname, icon="FILE_REFRESH")
 
 
 def _is_gone(context, name):
@@ -171,7 +182,7 @@ def _chosen(layout, context, item):
     """What the row clicked is, and what mends it."""
     box = layout.box().column()
     if _is_gone(context, item.name):
-        wrapped(box, context, f"{item.name} was removed or renamed", "ERROR")
+        wrapped(box, context, say("{} was removed or renamed", item.name), "ERROR")
         return
     wrapped(box, context, f"{item.name}: {item.label}" if item.label else item.name)
     if item.reason:
@@ -180,95 +191,89 @@ def _chosen(layout, context, item):
         operator = box.operator(PDM_OT_mend.bl_idname, text=LABELS[item.mend], icon="TOOL_SETTINGS")
         operator.object, operator.way = item.name, item.mend
     if item.is_coarse:
-        wrapped(box, context, f"Colours between its vertices are {percent(item.between)} off", "ERROR")
+        wrapped(box, context, say("Colours between its vertices are {} off", percent(item.between)), "ERROR")
         operator = box.operator(PDM_OT_subdivide.bl_idname, icon="MOD_SUBSURF")
         operator.times, operator.objects, operator.rebake = 0, "SELECTED", False
 
 
-class PDM_PT_report(_Part, Panel):
-    bl_label = "Report"
-
-    @classmethod
-    def poll(cls, context):
-        return bool(context.scene.pdm_radiosity.last_report)
-
-    def draw(self, context):
-        layout, report = self.layout, context.scene.pdm_radiosity.report()
-        baked = [o for o in report["objects"] if o["baked"]]
-        column = layout.column(align=True)
-        for name, value in (
-            ("Objects baked", f"{len(baked):,}"),
-            ("Vertices", f"{report['vertices']:,}"),
-            ("Error", percent(report["error"])),
-            ("Between vertices", percent(report["between_vertices"])),
-            ("Seconds", f"{report['seconds']['total']:.2f}"),
-        ):
-            line = column.split(factor=0.6)
-            line.label(text=name)
-            line.label(text=value)
-        history = [row for row in report["history"] if row[1]]
-        if history:
-            level = report["settings"]["target_error"]
-            picture(layout, "last", f"{history} {level}", lambda: graph([history], level))
-            wrapped(layout, context, "Error against seconds; dotted: the target")
-        told = [f"{float(t):.2%}: about {s:.1f} s" for t, s in (report.get("foretold") or {}).items() if s]
-        _list(layout, context, told, "for tighter targets", "TIME")
-        if errors := report.get("heat_map"):
-            text = f"{errors['attribute']}: violet none, green half, yellow {percent(errors['top'])} of the mean light"
-            wrapped(layout, context, text, "COLOR")
-        _list(layout, context, report["warnings"], "warnings", "ERROR")
-        left_out = [f"{entry['name']} {entry['reason']}" for entry in report["refused"]]
-        _list(layout, context, left_out, "left out", "CANCEL")
+def _report(layout, context):
+    report = context.scene.pdm_radiosity.report()
+    baked = [o for o in report["objects"] if o["baked"]]
+    column = layout.column(align=True)
+    for name, value in (
+        ("Objects baked", f"{len(baked):,}"),
+        ("Vertices", f"{report['vertices']:,}"),
+        ("Error", percent(report["error"])),
+        ("Between vertices", percent(report["between_vertices"])),
+        ("Seconds", f"{report['seconds']['total']:.2f}"),
+    ):
+        line = column.split(factor=0.6)
+        line.label(text=say(name))
+        line.label(text=value, translate=False)
+    history = [row for row in report["history"] if row[1]]
+    if history:
+        level = report["settings"]["target_error"]
+        picture(layout, "last", f"{history} {level}", lambda: graph([history], level))
+        wrapped(layout, context, say(CURVE))
+    told = [say("{}: about {}", percent(float(t)), duration(s)) for t, s in (report.get("foretold") or {}).items() if s]
+    _list(layout, context, told, "For tighter targets", "TIME")
+    if errors := report.get("heat_map"):
+        top = percent(errors["top"])
+        text = say("{}: violet none, green half, yellow {} of the mean light", errors["attribute"], top)
+        wrapped(layout, context, text, "COLOR")
+    _list(layout, context, report["warnings"], "Warnings", "ERROR")
+    left_out = [f"{entry['name']} {entry['reason']}" for entry in report["refused"]]
+    _list(layout, context, left_out, "Left out", "CANCEL")
 
 
-class PDM_PT_details(_Part, Panel):
-    bl_label = "Details"
-
-    @classmethod
-    def poll(cls, context):
-        return bool(context.scene.pdm_radiosity.last_report)
-
-    def draw(self, context):
-        layout, report = self.layout, context.scene.pdm_radiosity.report()
-        _list(layout, context, report["plan"], "plan", "DOT")
-        baked = sorted((o for o in report["objects"] if o["baked"]), key=lambda o: -(o.get("error") or 0.0))
-        _list(layout, context, [f"{o['name']}: {percent(o.get('error'))}" for o in baked], "own errors", "DOT")
-        seconds = [f"{name}: {value:.2f} s" for name, value in report["seconds"].items()]
-        _list(layout, context, seconds, "time", "TIME")
+def _details(layout, context):
+    report = context.scene.pdm_radiosity.report()
+    _list(layout, context, report["plan"], "Plan", "DOT")
+    baked = sorted((o for o in report["objects"] if o["baked"]), key=lambda o: -(o.get("error") or 0.0))
+    _list(layout, context, [f"{o['name']}: {percent(o.get('error'))}" for o in baked], "Own errors", "DOT")
+    seconds = [f"{say(name.capitalize())}: {value:.2f} s" for name, value in report["seconds"].items()]
+    _list(layout, context, seconds, "Time", "TIME")
 
 
-class PDM_PT_convergence(_Part, Panel):
-    bl_label = "Error Against Time"
-
-    def draw(self, context):
-        layout, last = self.layout, context.scene.pdm_radiosity.convergence()
-        wrapped(layout, context, "Solves this scene to ever tighter targets, up to a minute. Nothing is changed.")
-        row = layout.row(align=True)
-        operator = row.operator(PDM_OT_convergence.bl_idname, icon="GRAPH")
-        row.operator(PDM_OT_convergence.bl_idname, text="With Cycles").cycles = True
-        operator.cycles = False
-        if last is None:
-            return
-        curves = last["curves"]
-        picture(layout, "convergence", str(curves), lambda: graph(curves, last["floor"]))
-        box = layout.box().column(align=True)
-        for method in dict.fromkeys(row[0] for row in last["rows"]):
-            box.label(text=method.capitalize(), icon="DOT")
-            for _, setting, seconds, error in (row for row in last["rows"] if row[0] == method):
-                line = box.split(factor=0.55)
-                line.label(text=setting)
-                line.label(text=seconds)
-                line.label(text=error)
-        layout.operator(PDM_OT_convergence_page.bl_idname, icon="URL")
-        _list(layout, context, last["said"], "said", "INFO")
+def _convergence(layout, context):
+    last = context.scene.pdm_radiosity.convergence()
+    wrapped(layout, context, say(SOLVES))
+    row = layout.row(align=True)
+    operator = row.operator(PDM_OT_convergence.bl_idname, icon="GRAPH")
+    row.operator(PDM_OT_convergence.bl_idname, text="With Cycles").cycles = True
+    operator.cycles = False
+    if last is None:
+        return
+    curves = last["curves"]
+    picture(layout, "convergence", str(curves), lambda: graph(curves, last["floor"]))
+    box = layout.box().column(align=True)
+    for method in dict.fromkeys(row[0] for row in last["rows"]):
+        box.label(text=method.capitalize(), icon="DOT")
+        for _, setting, seconds, error in (row for row in last["rows"] if row[0] == method):
+            line = box.split(factor=0.55)
+            line.label(text=setting)
+            line.label(text=seconds)
+            line.label(text=error)
+    layout.operator(PDM_OT_convergence_page.bl_idname, icon="URL")
+    _list(layout, context, last["said"], "Said", "INFO")
 
 
 def _list(layout, context, texts, title, icon):
     if not texts:
         return
     box = layout.box().column(align=True)
-    box.label(text=f"{title.capitalize()} ({len(texts)})")
+    box.label(text=f"{say(title)} ({len(texts)})")
     for text in texts[:MOST_LISTED]:
         wrapped(box, context, text, icon)
     if len(texts) > MOST_LISTED:
-        box.label(text=f"and {len(texts) - MOST_LISTED:,} more")
+        box.label(text=say("and {} more", f"{len(texts) - MOST_LISTED:,}"))
+
+
+PARTS = (
+    ("advanced", "Advanced", _advanced),
+    ("objects", "Objects", _objects),
+    ("report", "Report", _report),
+    ("details", "Details", _details),
+    ("convergence", "Error Against Time", _convergence),
+)
+OF_REPORT = (_report, _details)

@@ -18,6 +18,7 @@ from .between_vertices import between_steps, looks_between
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .error_map import error_name, heat_map_steps, names_written
 from .field_at import Field
+from .layer import blended, check_layer
 from .own_meshes import OwnMeshes
 from .passes import OF_LIGHT, in_order, pass_steps
 from .report import bake_report, scan_result
@@ -39,6 +40,8 @@ class BakeSettings:
     domain: str = "AUTO"
     data_type: str = "FLOAT_COLOR"
     exposure: float = 0.0  # stops
+    blend: str = "REPLACE"  # or MULTIPLY into, ADD to the colours of `layer`
+    layer: str = ""  # name of another colour attribute
     heat_map: bool = False  # also the estimated error, as colours
     passes: tuple = ()  # names of passes.SUFFIX, in any order: also these, as attributes of their own
     ao_distance: float = 1.0  # m, of the pass AO
@@ -49,11 +52,12 @@ class BakeSettings:
         object.__setattr__(self, "passes", in_order(self.passes))
 
 
-def bake_steps(context, settings, enough=lambda: False):
+def bake_steps(context, settings, enough=lambda: False, last=None):
     """Generator: yields Stage(text, fraction, error) often, returns the report (dict, see report.py).
 
     Nothing in the file changes before the very end: closing the generator cancels. enough(): True ends solving with
-    the best so far. Raises BakeError, SceneError.
+    the best so far; last: again.last where a solution is to be kept, and taken if there is one. Raises BakeError,
+    SceneError.
     """
     seconds = {}
     for name in names_written(settings.attribute, settings.heat_map, settings.passes):
@@ -72,6 +76,8 @@ def bake_steps(context, settings, enough=lambda: False):
         for target in targets:
             for name in names_written(settings.attribute, settings.heat_map, settings.passes):
                 check_target(target.object, name)
+        written = names_written(settings.attribute, settings.heat_map, settings.passes)
+        told = check_layer(settings, written, targets)
         check_light(context, reading)
         away = yield from _check_sides(reading, targets)
         points = []
@@ -79,10 +85,11 @@ def bake_steps(context, settings, enough=lambda: False):
             steps = in_thread(bake_points, *corners_of(target), settings.domain)
             points.append((yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))))
     with _timed(seconds, "solve"):
-        solution = yield from _solve(reading.scene, settings, seconds["read"], enough)
+        solution = last and last.recall(settings, reading.scene)
+        solution = solution or (yield from _solve(reading.scene, settings, seconds["read"], enough))
     with _timed(seconds, "evaluate"):
         field = Field(solution, settings.quantity)
-        kept, told = None, []
+        kept = None
         is_live = context.scene.pdm_radiosity.live
         if is_live or any(name in OF_LIGHT for name in settings.passes):
             kept = yield from _keep(solution, points, told)
@@ -105,6 +112,7 @@ def bake_steps(context, settings, enough=lambda: False):
             ]
             own_meshes = OwnMeshes(context, targets)
             undo.callback(own_meshes.undo)
+            items = [blended(settings, item) for item in items]
             if errors:
                 undo.callback(write_colours(errors.items, error_name(settings.attribute), "FLOAT_COLOR"))
             for name, colours in passes.items():
@@ -121,6 +129,8 @@ def bake_steps(context, settings, enough=lambda: False):
         undo.pop_all()
     own_meshes.commit()
     hold(context, settings, reading, targets, points, kept if is_live else None)
+    if last:
+        last.keep(settings, solution)
     return report
 
 

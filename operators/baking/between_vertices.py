@@ -9,7 +9,9 @@ from .bake_points import world_vertices
 
 SHARE = 0.1  # points looked at, of the vertices baked
 MOST, MANY, FEW = 4000, 32, 8  # points in all, and on each object where that allows it, and in any case
-FINER = 2, 4, 8, 16, 32, 64  # parts of an edge, for which meshes that are too coarse are looked at
+# parts of an edge, for which meshes that are too coarse are looked at: the later where the former are not enough
+FINER = (2, 4, 8), (16, 32, 64)
+FEW_AT_ONCE = 4000  # places: as soon read all at once, a bundle of rays takes 5 ms however few they are
 LOOKED, LEAST_LOOKED = 500, 16  # points of that, in all and on each object; 64 on 82 crates took five times the solving
 
 
@@ -52,17 +54,43 @@ def between_steps(field, targets, points, values, looks, here, allowed):
     between = Between(float(np.sqrt((np.array(parts) ** 2).sum())) / norm, np.array(parts) / norm)
     coarse = between.too_coarse(allowed)
     looks = {int(k): Look(targets[k], points[k], max(LOOKED // len(coarse), LEAST_LOOKED), rng) for k in coarse}
-    places = [places for look in looks.values() for places in (look.places(), *map(look.finer_places, FINER))]
-    found = iter((yield from field.at_places(places, roughly=True)))
-    for k, look in looks.items():
-        here, between.finer[k] = next(found), []
-        for times in FINER:
-            wrong = look.between_finer(times, next(found).reshape(-1, 3, 3)) - here
-            between.finer[k].append((times, look.norm(wrong, field) / norm))
+    light, enough = {}, allowed / (2 * max(len(coarse), 1))
+    between.finer = {k: [] for k in looks}
+    at_once = [look.finer_places(times) for look in looks.values() for times in FINER[0] + FINER[1]]
+    for some in FINER if len(_once(at_once)[1]) > FEW_AT_ONCE else (FINER[0] + FINER[1],):
+        short = {k: look for k, look in looks.items() if not any(error < enough for _, error in between.finer[k])}
+        places = [look.places() for look in short.values() if not light]
+        places += [look.finer_places(times) for look in short.values() for times in some]
+        found = iter((yield from _distinct(field, places)))
+        light = light or {k: next(found) for k in short}
+        for k, look in short.items():
+            for times in some:
+                wrong = look.between_finer(times, next(found).reshape(-1, 3, 3)) - light[k]
+                between.finer[k].append((times, look.norm(wrong, field) / norm))
     for finer in between.finer.values():
-        enough = [k for k, (_, error) in enumerate(finer) if error < allowed / (2 * len(coarse))]
-        del finer[enough[0] + 1 if enough else len(finer) :]
+        last = [k for k, (_, error) in enumerate(finer) if error < enough]
+        del finer[last[0] + 1 if last else len(finer) :]
     return between
+
+
+def _distinct(field, places):
+    """[(n, 3)] of the field, roughly, at several places, each only once: in a coarse triangle many points lie between
+    the same few; generator."""
+    if not places:
+        return []
+    parts, first, of = _once(places)
+    found = yield from field.steps(*(part[first] for part in parts), True)
+    return np.split(found[of], np.cumsum([len(place[0]) for place in places])[:-1])
+
+
+def _once(places):
+    """Several places in turn, the indices of those that differ, and of each which of them it is."""
+    if not places:
+        return (), np.zeros(0, int), np.zeros(0, int)
+    parts = [np.concatenate(part) for part in zip(*places)]
+    rows = np.column_stack([np.nan_to_num(part, nan=np.inf) for part in parts])
+    _, first, of = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return parts, first, of.reshape(-1)
 
 
 class Look:

@@ -12,6 +12,7 @@ from ...pdm_core.foretell import seconds_to
 from ..reading.read_scene import some
 from .left_out import left_out
 
+SCHEMA = 1
 MOST_NAMED = 4  # objects in one warning
 FORETOLD = (0.01, 0.005, 0.0025)  # targets
 MANIFEST = Path(__file__).parents[2] / "blender_manifest.toml"
@@ -20,6 +21,7 @@ MANIFEST = Path(__file__).parents[2] / "blender_manifest.toml"
 def bake_report(context, settings, reading, solution, between, items, points, seconds):
     """dict of plain JSON types (infinite and undefined numbers are None).
 
+    schema: rises where a key goes or comes to mean something else, see docs/report.schema.json
     versions {extension, blender, numpy}; file, scene; settings (those of bpy.ops.pdm.bake)
     objects [{name, kind, label, exactness, baked, reason, domain, vertices, between, error}]: every recognised object;
         exactness 'exact' or 'approximate'; the last four if baked; between: its part of between_vertices; error: its
@@ -43,6 +45,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
     warnings = list(reading.warnings) + list(solution.warnings) + _own_warnings(settings, between, items)
     warnings += _uncoloured(objects)
     report = {
+        "schema": SCHEMA,
         "versions": {"extension": version(), "blender": bpy.app.version_string, "numpy": np.__version__},
         "file": bpy.data.filepath,
         "scene": context.scene.name,
@@ -96,6 +99,16 @@ def one_line(report):
 def percent(error):
     """A relative error as text; None and inf are unknown."""
     return "unknown" if error is None or not math.isfinite(error) else f"{100 * error:.2g} %"
+
+
+def duration(seconds):
+    """12 s, 2 min 5 s, 1 h 44 min"""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600:,} h {whole % 3600 // 60} min"
 
 
 def counted(number, one, many=None):

@@ -46,7 +46,7 @@ class Solution(ReadOff):
             out[part] = self._light.incident(surface[part], points[part] - self._light.transport.origin)
             speed = chunk / max(time.perf_counter() - begun, 1e-6)
             done, chunk = done + chunk, int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, EVALUATE))
-            yield done / len(points)
+            yield min(done / len(points), 1.0)
         return np.maximum(out, 0.0)
 
     def estimated_error_steps(self, surface, points):

@@ -11,7 +11,11 @@ from ..shapes.shape import unit
 from .bundles import NOTHING, along, seen_from
 
 COARSE = 0.02  # target from which on few points of a source will do
+FINE = 0.004  # target down to which ROUGHLY will do
 READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and at most, by whether the target is coarse
+# the same where only differences count, which the same points tell alike: 1 / 64 of a lamp in the tenth of a floor that
+# sees part of it is .1 % of its light
+ROUGHLY = 16, 64
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is seen: UNSURE / (2 n)^POWER, about

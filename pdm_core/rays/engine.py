@@ -16,7 +16,7 @@ from ..signs_of_life import finish, in_thread
 from .aimed import Spot, spots_of
 from .amplified import amplification, passed_on
 from .covered import covered
-from .direct import AT_NODES, COARSE, READ, Shares
+from .direct import AT_NODES, COARSE, FINE, READ, ROUGHLY, Shares
 from .facets import Facets
 from .near import NearHits
 from .nodes import LIT, Nodes
@@ -196,7 +196,8 @@ class RayState:
 
     def lit(self, receivers, roughly=False):
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
-        told, points = self.told * self.target, READ[roughly or self.target > COARSE]
+        told = self.told * self.target
+        points = ROUGHLY if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
         return (yield from self.shares.at(receivers, told * self.level, TOLD_BRIGHT * told, points))
 
     def incident(self, receivers, roughly=False):

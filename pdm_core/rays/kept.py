@@ -43,8 +43,8 @@ class KeptRays(KeptGroups):
             self.factor[:, k] = (yield from mapped(steps, lambda _, k=k: k / total))[0][:, 0]
         light, near = np.zeros((len(receivers), 3)), NearHits(state, receivers)
         for j, direction in enumerate(directions(state.read)):
-            yield from self._along(state, receivers, j, direction, light, near)
-            yield (len(state.sources) + j / state.read) / total
+            along = self._along(state, receivers, j, direction, light, near)
+            yield from mapped(along, lambda _, j=j: (len(state.sources) + j / state.read) / total)
         light += (yield from mapped(near.settle(), lambda _: 1.0)).sum(axis=0)
         self.outside.settle()
         for array in (light, self.rows):

@@ -58,6 +58,8 @@ def test_objects_and_options(main, saved):
         "domain": "CORNER",
         "data_type": "BYTE_COLOR",
         "exposure": -2.0,
+        "blend": "REPLACE",
+        "layer": "",
         "heat_map": False,
         "passes": [],
         "ao_distance": 1.0,

@@ -70,3 +70,17 @@ def test_passes_are_no_light_when_shown():
     tree.links.new(add.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
     assert bpy.ops.pdm.bake(target_error=0.05) == {"FINISHED"}
     assert np.abs(of("Ball", "Radiosity") - before).max() < 0.05 * before.max()
+
+
+@pytest.mark.parametrize("with_lamp", [False, True])
+def test_every_stage_says_how_much_of_it_is_done(addon, with_lamp):
+    scenes.lit_ball()
+    if with_lamp:
+        lamp = bpy.data.objects.new("Bulb", bpy.data.lights.new("Bulb", "POINT"))
+        lamp.data.energy, lamp.location = 30.0, (0, -1, 3)
+        bpy.context.collection.objects.link(lamp)
+    bake = addon("operators.baking.bake")
+    settings = bake.BakeSettings(target_error=0.05, heat_map=True, passes=("DIRECT", "AO"))
+    stages = []
+    addon("pdm_core.signs_of_life").finish(bake.bake_steps(bpy.context, settings), stages.append)
+    assert all(isinstance(stage.fraction, float | int) and 0 <= stage.fraction < 1 + 1e-9 for stage in stages)

@@ -177,6 +177,19 @@ def test_keep_the_best_so_far(addon):
     assert "Radiosity" in bpy.data.objects["Floor"].data.color_attributes
 
 
+def test_the_line_on_top_after_a_bake(addon, settings):
+    scenes.lit_ball()
+    bake()
+    assert addon("operators.look").summary(settings())[1] == "3 objects, 1 light"
+
+
+@pytest.mark.parametrize(
+    "seconds, said", [(0.4, "0 s"), (59.4, "59 s"), (59.7, "1 min 0 s"), (125, "2 min 5 s"), (6223, "1 h 43 min")]
+)
+def test_durations(addon, seconds, said):
+    assert addon("operators.baking.report").duration(seconds) == said
+
+
 def test_the_bar_never_runs_back(addon):
     modal = addon("operators.modal_steps")
     stage = addon("operators.baking.bake").Stage
@@ -202,6 +215,8 @@ def test_while_something_runs_nothing_else_may(addon):
     try:
         names = ("bake", "scan", "mend", "subdivide", "preview_material", "example_room", "convergence")
         assert not any(getattr(bpy.ops.pdm, name).poll() for name in names) and bpy.ops.pdm.stop.poll()
+        assert bpy.ops.pdm.stop(keep=True) == {"CANCELLED"} and not modal.current.wish  # Bake was clicked twice
+        modal.current.begun -= 1
         bpy.ops.pdm.stop(keep=True)
         assert modal.current.wish == "KEEP"
     finally:

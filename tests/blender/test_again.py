@@ -1,0 +1,70 @@
+"""What the Redo panel changes is evaluated again from the solution at hand, where that still holds."""
+
+import bpy
+import numpy as np
+import pytest
+import scenes
+
+
+@pytest.fixture
+def bakes(addon):
+    """bakes(name=value, ...) as the Redo panel does, with whether it was solved anew."""
+    bake, again = addon("operators.baking.bake"), addon("operators.baking.again")
+    again.last.drop()
+
+    def run(**settings):
+        before = again.last.solution
+        stages = []
+        steps = bake.bake_steps(bpy.context, bake.BakeSettings(**{"target_error": 0.05, **settings}), last=again.last)
+        addon("pdm_core.signs_of_life").finish(steps, lambda stage: stages.append(stage.text))
+        assert ("Solving" in stages) == (again.last.solution is not before)
+        return "Solving" in stages
+
+    yield run
+    again.last.drop()
+
+
+CHEAP = ({"exposure": 1.5}, {"quantity": "IRRADIANCE"}, {"domain": "CORNER"}, {"data_type": "BYTE_COLOR"},
+         {"heat_map": True}, {"passes": {"DIRECT", "AO"}}, {"attribute": "Other"})  # fmt: skip
+
+
+@pytest.mark.parametrize("changed", CHEAP, ids=str)
+def test_it_is_the_bake_that_a_new_one_would_be(bakes, addon, changed):
+    floor, ball, lamp = scenes.lit_ball()
+    assert bakes()
+    assert not bakes(**changed)
+    name = changed.get("attribute", "Radiosity")
+    found = [scenes.colours(obj, name).copy() for obj in (floor, ball, lamp)]
+    bpy.ops.pdm.bake(target_error=0.05, **changed)
+    for obj, colours in zip((floor, ball, lamp), found):
+        assert np.array_equal(scenes.colours(obj, name), colours)
+
+
+@pytest.mark.parametrize("changed", ({"target_error": 0.02}, {"time_limit": 60.0}, {"apply_modifiers": True}), ids=str)
+def test_what_changes_the_light_is_solved(bakes, changed):
+    scenes.lit_ball()
+    assert bakes() and bakes(**changed)
+
+
+def move(obj):
+    obj.location.x += 0.1
+
+
+def paint(obj):
+    node = next(n for n in obj.material_slots[0].material.node_tree.nodes if n.type == "BSDF_DIFFUSE")
+    node.inputs["Color"].default_value = 0.1, 0.2, 0.3, 1.0
+
+
+def light_up(obj):
+    lamp = bpy.data.objects.new("Point", bpy.data.lights.new("Point", "POINT"))
+    lamp.data.energy, lamp.location = 100.0, (0, 0, 3.5)
+    bpy.context.collection.objects.link(lamp)
+
+
+@pytest.mark.parametrize("change", (move, paint, light_up))
+def test_a_scene_that_is_another_is_solved(bakes, change):
+    floor, ball, lamp = scenes.lit_ball()
+    assert bakes()
+    change(ball)
+    bpy.context.view_layer.update()
+    assert bakes()
