@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pdm_core.scene import unit
+from ...pdm_core.shapes.shape import unit
 from ...pdm_core.signs_of_life import mapped
 from ..reading.mesh_topology import FLOAT32
 from .bisect import Bisected
