@@ -119,8 +119,21 @@ WORDS = {
         "Dá às malhas demasiado grosseiras para a luz os vértices que precisam. Formas, UVs, materiais e atributos "
         "ficam como estão",
     "Parts": "Partes",
-    "Each face becomes this many by this many; 0: as many as the last report asks for":
-        "Cada face passa a tantas por tantas; 0: as que o último relatório pede",
+    "Each face becomes this many by this many; 0: what the last report asks for":
+        "Cada face passa a tantas por tantas; 0: o que o último relatório pede",
+    "Method": "Método",
+    "Where the new vertices go": "Onde ficam os novos vértices",
+    "Adaptive": "Adaptativo",
+    "Where the light bends, at edges of shadows most: the fewest vertices, in triangles":
+        "Onde a luz varia, sobretudo nas bordas das sombras: menos vértices, em triângulos",
+    "Uniform": "Uniforme",
+    "Evenly, each face as a grid of quads: many more vertices, for meshes to work on further":
+        "Por igual, cada face como grade de quadriláteros: muito mais vértices, para malhas a trabalhar ainda",
+    "On Copies": "Em cópias",
+    "Leave the objects as they are, hidden, and put subdivided copies in their places":
+        "Deixa os objetos como estão, ocultos, e põe cópias subdivididas no lugar deles",
+    "Evaluating where the light bends": "A ver onde a luz varia",
+    "Subdividing": "A subdividir",
     "Most Vertices": "Máximo de vértices",
     "Of all these meshes together; the error stays larger where it is not enough":
         "De todas estas malhas juntas; o erro fica maior onde não chega",
@@ -256,10 +269,10 @@ WORDS = {
     "How far ambient occlusion looks": "Até onde vê a oclusão ambiente",
     "Objects that share a mesh are each baked on a copy of their own. Otherwise the first one's bake is all's":
         "Objetos que partilham uma malha são calculados cada um na sua cópia. Senão, o do primeiro é o de todos",
-    "Modifiers and shape keys that change an object's vertices or faces are applied, and the result is baked. "
+    "Modifiers that add, remove or join vertices or faces are applied, and the result is baked. "
     "Otherwise such an object takes part in the light and is not baked":
-        "Modificadores e shape keys que mudam os vértices ou faces são aplicados, e o resultado é calculado. Senão, o "
-        "objeto entra na luz e não é calculado",
+        "Modificadores que acrescentam, tiram ou unem vértices ou faces são aplicados, e o resultado é calculado. "
+        "Senão, o objeto entra na luz e não é calculado",
     "Show When Done": "Mostrar no fim",
     "After a bake by the button, switch the 3D views of the screen to the baked colours":
         "Depois de um cálculo pelo botão, as vistas 3D da tela mostram as cores",

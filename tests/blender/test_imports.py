@@ -246,7 +246,8 @@ def test_the_light_is_that_of_the_scene_that_left(taken_through, tmp_path, name)
     apart = np.linalg.norm(there[:, None] - places, axis=2) + np.linalg.norm(facing[:, None] - normals, axis=2)
     match = apart.argmin(axis=1)
     assert apart.min(axis=1).max() < 0.2  # of a ball's triangles the normals are those of no quad
-    assert np.abs(found - colours[match]).max() < 0.01 * colours.mean()
+    off = found - colours[match]  # of cells that were halved or not by a hair: less than the target by far
+    assert np.abs(off).max() < 0.03 * colours.mean() and np.abs(off).mean() < 0.003 * colours.mean()
 
 
 def test_stl_brings_back_one_mesh_of_the_same_shapes(read, tmp_path):
