@@ -230,6 +230,8 @@ class RayState:
         rms = self._relative(nodes.surface, nodes.weight, self.node_error**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
         cells, meshes = nodes.surplus(self.sent, self.spread * nodes.reflectance.max(axis=1))
+        self.bent = np.zeros(len(nodes))  # how far the light that each sends is off beside it
+        self.bent[: len(cells)] = np.linalg.norm(cells, axis=1)
         own = nodes.surface[: len(cells)]
         cells = nodes.weight[: len(cells), None] * cells**2
         square = np.bincount(own, cells.sum(axis=1), len(scene)) + meshes**2
@@ -295,7 +297,7 @@ class RayState:
     def nothing(self):
         """Where no light is."""
         self.error, self.parts, self.surface_errors = 0.0, {}, np.zeros(len(self.scene))
-        self.node_error = np.zeros(len(self.nodes))
+        self.node_error, self.bent = np.zeros((2, len(self.nodes)))
         self.history.append((self.elapsed(), 0.0))
 
     def take_light(self, scene):

@@ -20,7 +20,8 @@ class NearHits:
 
     def __init__(self, state, receivers):
         self.state, self.receivers, nodes = state, receivers, state.nodes
-        uneven = state.spread * nodes.reflectance.max(axis=1, initial=0.0)
+        # shadows may end between the places that tell how uneven a cell is: then it differs from the one beside it
+        uneven = np.maximum(state.spread * nodes.reflectance.max(axis=1, initial=0.0), state.bent)
         least = UNEVEN * state.target * state.level * nodes.reflectance.max(initial=0.0)
         self.reach = np.where(uneven > least, REACH * np.sqrt(nodes.weight), 0.0)
         self.most = min(MOST, PAIRS // max(len(state.sources), 1))
