@@ -27,7 +27,7 @@ from .sources import relit, sources_of
 RAYS, MOST_RAYS = 64, 4096  # directions of a node, of a point where colours are read: at first, at most
 POWER = 0.72  # the error of n directions falls as n to this
 HALF = 0.62  # error of all rays, of what half of them differ from all: every second one is spread less evenly
-SAFETY = 1.9  # of what halves and surpluses tell to what is stated
+SAFETY = 1.7  # of what halves and surpluses tell to what is stated
 CHECKED = 256  # points where the error is found
 LEAST_TOLD = 1e-3
 SOLVED = 0.02  # relative residual of the linear system, of the target
@@ -35,9 +35,10 @@ STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
-SHARES = {"rays": 0.65, "shadows": 0.25, "nodes": 0.5, "sent": 0.5}  # of the error that is left, each part's at most
+SHARES = {"rays": 0.6, "shadows": 0.25, "nodes": 0.55, "sent": 0.5}  # of the error that is left, each part's at most
 REACHED = 0.95  # of the target: what is worked towards
 STEP = 32  # of directions where colours are read
+MORE = 1.25  # times as many directions of the nodes at least, as all their rays begin anew
 MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
@@ -341,7 +342,8 @@ class RayState:
 
     def trace_finer(self, excess):
         """More directions at the nodes, whose error is so many times too large, where memory has room; yields."""
-        count = int(np.ceil(len(self.traced.directions) * min(excess, MOST_MORE[1]) ** (1 / POWER)))
+        more = max(min(excess, MOST_MORE[1]) ** (1 / POWER), MORE)
+        count = int(np.ceil(len(self.traced.directions) * more))
         count += count % 2
         if Traced.bytes_for(len(self.nodes), count) > RAY_MEMORY:
             return False
