@@ -75,8 +75,8 @@ def main(scenes="1000", first="0", by="links"):
             failed += 1
             print(f"seed {seed}: {verdict}", flush=True)
     print(
-        f"{scenes} scenes from seed {first} by {by}: {failed} failed, {refused} refused ({late} out of time), the slowest "
-        f"{slowest:.1f} s, {time.process_time() - start:.0f} s in all"
+        f"{scenes} scenes from seed {first} by {by}: {failed} failed, {refused} refused ({late} out of time), the "
+        f"slowest {slowest:.1f} s, {time.process_time() - start:.0f} s in all"
     )
     return int(failed > 0)
 
