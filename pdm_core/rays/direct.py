@@ -110,7 +110,8 @@ class Shares:
         between = (
             np.where(hides, np.maximum(1 - total / (np.pi * whole), 0.0), 0.0) if source.is_surface else 1.0 * nothing
         )
-        return share, np.maximum(off, between), hides & (plain > 0) | (between > BETWEEN)
+        between = np.where(between > BETWEEN, between, 0.0)  # else it is how they stand for what is all ahead
+        return share, np.maximum(off, between), hides & (plain > 0) | (between > 0)
 
     def _visible(self, source, place, receivers):
         if source.distant:
