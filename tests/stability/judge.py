@@ -11,7 +11,7 @@ from pdm_core import Plane, SceneError, solve
 from pdm_core.contacts import contacts_of, settle
 
 POINTS, PATHS = 250, 128
-FURNACE_POINTS = 1000  # a few of which tell little of light that is wrong in few places
+BY_RAYS = 1000  # points: few of them tell little of light that is wrong in few places
 NOISE = 2.0  # standard deviations of the tracer that count as agreement
 FLUSH = 64.0  # tolerances within which a point is of a plane
 ROUNDING = 5e-5  # below it the furnace is exact: single precision rows, and a point within rounding of an edge
@@ -52,15 +52,15 @@ def judge(kind, seed, target=0.02, limit=20.0, variant=None):
     if how == "tracer":
         measured, noise = measured_error(scene, solution, POINTS, PATHS, rng)
     else:
-        measured, noise = furnace_error(given, scene, solution, rng), 0.0
+        measured, noise = furnace_error(given, scene, solution, rng, BY_RAYS if variant else POINTS), 0.0
     said = solution.warnings[0] if solution.warnings else ""
     return Verdict(name, extreme, float(solution.error), float(measured), float(noise), seconds, said)
 
 
-def furnace_error(given, scene, solution, rng):
+def furnace_error(given, scene, solution, rng, count):
     """Relative L2 error of L - Le where L is 1: everywhere but where two faces of the scene as it was given lie against
     each other."""
-    surface, points, normals, weight = places(scene, FURNACE_POINTS, rng)
+    surface, points, normals, weight = places(scene, count, rng)
     rho = scene.reflectance[surface]
     mine = np.empty_like(points)
     for s in np.unique(surface):
