@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import xml.etree.ElementTree as ElementTree
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -59,20 +60,29 @@ def main(words):
 
 
 def test():
-    """Every suite; the last line is the totals alone."""
+    """Every suite, as many at once as there are cores, two at most; the last line is the totals alone."""
     totals = dict.fromkeys(("passed", "failed", "skipped"), 0)
-    for name in CORE:
-        add(totals, run_suite(name, ["tests/core"], dict(os.environ)))
     try:
         package = build_zip()
     except MissingPython as missing:
+        package = None
         add(totals, {say_missing("the Blender suites", missing): len(BLENDER)})
-    else:
-        for name in BLENDER:
-            with fresh_blender(package) as environment:
-                add(totals, run_suite(name, ["tests/blender"], environment))
+    suites = [*CORE, *(BLENDER if package else ())]
+    with ThreadPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
+        for counts in pool.map(lambda name: run_alone(name, package), suites):
+            add(totals, counts)
     print("\n{passed} passed, {failed} failed, {skipped} skipped".format(**totals))
     return 1 if totals["failed"] or not totals["passed"] else 0
+
+
+def run_alone(name, package):
+    """One suite, on one thread, as another has the other core; what it says is printed at its end."""
+    with fresh_blender(package) as environment, open(BUILD / f"test-{name}.log", "w+", encoding="utf-8") as log:
+        folder = "tests/core" if name in CORE else "tests/blender"
+        counts = run_suite(name, [folder], {**environment, "OPENBLAS_NUM_THREADS": "1"}, log)
+        log.seek(0)
+        print(f"\n--- {name}\n{log.read()}", flush=True)
+    return counts
 
 
 def test_window():
@@ -234,8 +244,9 @@ def fresh_blender(package):
         yield {**os.environ, "BLENDER_USER_RESOURCES": folder, "PDM_ZIP": str(package)}
 
 
-def run_suite(name, paths, environment):
-    """Runs pytest in the suite's own interpreter and process; returns {"passed": n, "failed": n, "skipped": n}."""
+def run_suite(name, paths, environment, log=None):
+    """Runs pytest in the suite's own interpreter and process, its output into `log`, if that is given; returns
+    {"passed": n, "failed": n, "skipped": n}."""
     version, packages = {**CORE, **BLENDER}[name]
     try:
         python = venv(name, version, packages)
@@ -246,7 +257,10 @@ def run_suite(name, paths, environment):
     result.unlink(missing_ok=True)
     words = [python, "-m", "pytest", "-q", "-c", "tests/pytest.ini", f"--junitxml={result}", *paths]
     try:
-        code = subprocess.run(words, cwd=ROOT, env=environment, timeout=SUITE_SECONDS).returncode
+        run = subprocess.run(
+            words, cwd=ROOT, env=environment, timeout=SUITE_SECONDS, stdout=log, stderr=log and subprocess.STDOUT
+        )
+        code = run.returncode
     except subprocess.TimeoutExpired:
         code = "timeout"
     counts = read_counts(result) if result.is_file() else {"passed": 0, "failed": 0, "skipped": 0}
