@@ -26,7 +26,7 @@ class Split:
         """size m: of the cells, about which the smaller edges are long."""
         corners = mesh.vertices[mesh.triangles]
         longest = np.sqrt(((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1))
-        level = np.round(np.log2(np.maximum(longest / max(size, 1e-300), 1.0)))
+        level = np.floor(np.log2(np.maximum(longest / max(size, 1e-300), 1.0)))
         self.parts = np.minimum(2 ** np.minimum(level, 30).astype(np.int64), MOST)
         self.is_cut = self.parts > 1
         square = self.parts**2
