@@ -41,6 +41,7 @@ STEP = 32  # of directions where colours are read
 MORE = 1.25  # times as many directions of the nodes at least, as all their rays begin anew
 MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
+DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
 HALVED = 0.7  # of the error of cells, what halves of them leave
@@ -164,7 +165,8 @@ class RayState:
         self.norm = float(np.sqrt((square + spots).sum()))
         reflecting = max(self.scene.areas[self.reflects].sum(), 1e-300)
         # of each surface: the mean square that its errors count against; a bright spot in a dim room makes none good
-        self.own_square = np.maximum(square / self.scene.areas, DIM**2 * square.sum() / reflecting)
+        self.usual_square = square.sum() / reflecting
+        self.own_square = np.maximum(square / self.scene.areas, DIM**2 * self.usual_square)
         usual = np.sqrt(square.sum()) if square.any() else self.norm
         self.level = float(usual / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3))
         once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
@@ -245,7 +247,8 @@ class RayState:
             "rays": rays,
             "shadows": shadows,
             "sent": sent,
-            "nodes": self._relative(nodes.surface, nodes.weight, (passed**2).sum(axis=1)) + CORRELATED * dim * rms,
+            "nodes": self._relative(nodes.surface, nodes.weight, (passed**2).sum(axis=1), DIM_WITHIN)
+            + CORRELATED * dim * rms,
             "solver": float(self.left),
         }
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
@@ -253,12 +256,12 @@ class RayState:
         self._each(rays / max(rms, 1e-300), shadows / shadow_rms if shadow_rms > 0 else 0.0)
         self.history.append((self.elapsed(), self.error))
 
-    def _relative(self, surface, weight, square):
+    def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,
         where that is more, of each surface's own: what lies in the dark is to be right too, as a room is whose outer
         walls stand in the sun, but a dark place that all but no light comes to is not to rule all."""
         whole = np.sqrt((weight * square).sum()) / max(self.norm, 1e-300)
-        each = square / np.maximum(self.own_square[surface], 1e-300)
+        each = square / np.maximum(np.maximum(self.own_square, dim**2 * self.usual_square)[surface], 1e-300)
         return float(max(whole, np.sqrt((weight * each).sum() / max(weight.sum(), 1e-300))))
 
     def look(self):
