@@ -253,12 +253,11 @@ class Nodes:
         """(n, 3) of the surfaces at the nodes, where they vary its mean over each."""
         scene = self.facets.scene
         out = scene.reflectance[self.surface].copy()
-        for k in np.flatnonzero([callable(s.reflectance) for s in scene.surfaces]):
-            if self.number[k]:
-                part = slice(self.first[k], self.first[k] + self.number[k])
-                points = self.places.exact.reshape(-1, PLACES, 3)[part]
-                value = scene.surfaces[k].reflectance_at(points.reshape(-1, 3))
-                out[part] = value.reshape(-1, PLACES, 3).mean(axis=1)
+        places = self.places.exact.reshape(-1, PLACES, 3)
+        for k in np.flatnonzero([callable(s.reflectance) for s in scene.surfaces] & (self.number > 0)):
+            mine = np.flatnonzero(self.surface == k)
+            value = scene.surfaces[k].reflectance_at(places[mine].reshape(-1, 3))
+            out[mine] = value.reshape(-1, PLACES, 3).mean(axis=1)
         return out
 
     def columns(self, facet, at, front):

@@ -237,6 +237,19 @@ def test_the_feet_of_what_stands_on_a_floor(turn, size, sunk):
     assert received(solution, 2, at @ turned.T).mean() == pytest.approx(0.5 + 0.8 / 4, rel=0.04)
 
 
+def test_a_floor_painted_in_two_colours_is_as_two_floors():
+    """It comes after others, and its cells after theirs."""
+    ceiling = Surface(Plane((-4, -4, 2), (0, 8, 0), (8, 0, 0)), 0.5, name="ceiling")
+    wall = Surface(Plane((-4, -4, 0), (0, 0, 2), (0, 8, 0)), 0.3, name="wall")
+    whole = Plane((-4, -4, 0), (8, 0, 0), (0, 8, 0))
+    halves = [Surface(Plane((x, -4, 0), (4, 0, 0), (0, 8, 0)), rho, name="half") for x, rho in ((-4, 0.8), (0, 0.05))]
+    painted = Surface(whole, lambda at: np.where(at[:, :1] < 0, 0.8, 0.05) * np.ones(3), name="floor")
+    points = np.random.default_rng(2).uniform([-3.5, -3.5, 0.5], [3.5, 3.5, 1.5], (60, 3))
+    down = np.tile([0.0, 0.0, -1.0], (60, 1))
+    one, two = (by_rays(Scene([ceiling, wall, *floor], 1.0)).irradiance(points, down) for floor in ([painted], halves))
+    assert np.linalg.norm(one - two) < 0.04 * np.linalg.norm(two)
+
+
 def test_walls_that_two_rooms_share_are_lit_on_both_sides():
     near, far = box((0, 0, 0), (3, 3, 3), 0.5, inward=True), box((3, 0.5, 0.5), (5, 2.5, 2.5), 0.5, inward=True)
     lamps = [Surface(Sphere.at((x, 1.5, 1.5), 0.2), 0.0, 5.0) for x in (1.5, 4)]
