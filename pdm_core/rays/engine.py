@@ -41,8 +41,8 @@ STEP = 32  # of directions where colours are read
 MORE = 1.25  # times as many directions of the nodes at least, as all their rays begin anew
 MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
-DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
+DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
 HALVED = 0.7  # of the error of cells, what halves of them leave
 KEPT_WHOLE = 0.02  # of the square of the error: cells that make no more are not halved
@@ -59,14 +59,12 @@ class RayState:
         self.facets = Facets(scene)
         self.by_rays = (scene.emission > 0).any(axis=1) & np.array([s.is_inside for s in scene.surfaces])
         self.reflects = (scene.reflectance > 0).any(axis=1)
-        self.sources = sources_of(self.facets, self.by_rays)
-        self.shares = Shares(self.facets, self.sources, self.counts)
+        self._take_sources(sources_of(self.facets, self.by_rays))
+        self.aimed = False  # whether spots of narrow beams are among the sources
         self.nodes = Nodes(self.facets, self.reflects | self.by_rays)
-        self.light = np.array([s.colour for s in self.sources]).reshape(-1, 3)
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
         self.spread = np.zeros(0)  # of the direct light within each node's cell
         self.unsure_lit = np.zeros(0)  # how far the direct light at a node's places may be off
-        self.beamed = None  # (sources,) whether its light goes on by way of spots, sources too, and not of nodes
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
         self.error, self.level = float("inf"), 0.0
@@ -84,13 +82,14 @@ class RayState:
         self.traced = self.traced.moved(len(old), old)
         new = np.flatnonzero(old < 0)
         yield from self.trace(new)
-        kept, changed = self.nodes.uncover(new, covered(self.traced, self.nodes, new))
+        hidden = yield from in_thread(covered, self.traced, self.nodes, new)
+        kept, changed = yield from in_thread(self.nodes.uncover, new, hidden)
         self.traced, old = self.traced.moved(len(kept), kept), old[kept]
         yield from self.trace(changed)
         new = np.flatnonzero(old < 0)
         lit, told = self.nodes.lit_places(new), AT_NODES_TOLD * self.target
         each, off = yield from self.shares.at(lit, told * self.scale(), told, AT_NODES)
-        if self.beamed is None:
+        if not self.aimed:
             each = np.concatenate([each, (yield from self._take_spots(each, lit, told))], axis=1)
             self.factor = np.zeros((0, *each.shape[1:]), np.float32)
         each[:, self.beamed] = 0.0
@@ -115,13 +114,14 @@ class RayState:
         steps = Shares(self.facets, spots, self.counts).at(lit, told * self.scale(), told, AT_NODES)
         own = (yield from steps)[0]
         self._take_sources(self.sources + spots)
+        self.aimed = True
         return own
 
     def _take_sources(self, sources):
         self.sources = sources
         self.light = np.array([s.colour for s in sources]).reshape(-1, 3)
         self.shares = Shares(self.facets, sources, self.counts)
-        self.beamed = np.zeros(len(sources), bool)
+        self.beamed = np.zeros(len(sources), bool)  # whether its light goes on by way of spots, sources too
         self.spots = [s for s in sources if isinstance(s, Spot)]
         self.beamed[[s.beam_of for s in self.spots]] = True
 
@@ -177,25 +177,23 @@ class RayState:
     # -- reading -------------------------------------------------------------------------------------------------
 
     def gather(self, receivers, count):
-        """Indirect light and the sky's at receivers by `count` directions -> (n, 3), and what half of them tell less
-        (n, 3); yields."""
+        """Indirect light and the sky's at receivers by `count` directions -> (n, 3); yields."""
         n, nodes, scene = len(receivers), self.nodes, self.scene
-        total, weight = np.zeros((2, n, 3)), np.zeros((2, n))
+        total, weight = np.zeros((n, 3)), np.zeros(n)
         sent, near = self.sent.astype(np.float32), NearHits(self, receivers)
-        for j, direction in enumerate(directions(count)):
+        for direction in directions(count):
             bundle = yield from one_bundle(self.facets, nodes, receivers, direction)
             hit, cosine, missed = bundle.hit, np.abs(bundle.cosine), np.flatnonzero(bundle.missed)
             value = np.einsum("hk,hkc->hc", bundle.basis, sent.take(bundle.node, axis=0))
-            total[j % 2, hit] += cosine[hit, None] * value
-            near.add(j % 2, bundle)
+            total[hit] += cosine[hit, None] * value
+            near.add(bundle)
             if len(missed) and (scene.sky is not None or scene.background.any()):
                 sky = scene.sky_at(np.stack([direction, -direction]))
-                total[j % 2, missed] += cosine[missed, None] * sky[(bundle.cosine[missed] < 0).astype(int)]
-            weight[j % 2] += cosine
+                total[missed] += cosine[missed, None] * sky[(bundle.cosine[missed] < 0).astype(int)]
+            weight += cosine
         self.counts["rays"] += n * count
         total += yield from near.settle()
-        a, b = total / np.maximum(weight, 1e-300)[..., None]
-        return total.sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None], (a - b) / 2
+        return total / np.maximum(weight, 1e-300)[:, None]
 
     def lit(self, receivers, roughly=False):
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
@@ -204,10 +202,10 @@ class RayState:
         return (yield from self.shares.at(receivers, told * self.level, TOLD_BRIGHT * told, points))
 
     def incident(self, receivers, roughly=False):
-        """Irradiance / pi (n, 3) at receivers, how far its direct part (n,) and the rest (n, 3) may be off; yields."""
-        factor, off = yield from self.lit(receivers, roughly)
-        rest, unsure = yield from self.gather(receivers, min(RAYS, self.read) if roughly else self.read)
-        return np.einsum("nkc,kc->nc", factor, self.light) + rest, off, HALF * unsure
+        """Irradiance / pi (n, 3) at receivers; yields."""
+        factor, _ = yield from self.lit(receivers, roughly)
+        rest = yield from self.gather(receivers, min(RAYS, self.read) if roughly else self.read)
+        return np.einsum("nkc,kc->nc", factor, self.light) + rest
 
     # -- error ---------------------------------------------------------------------------------------------------
 
@@ -232,17 +230,7 @@ class RayState:
         )
         rms = self._relative(nodes.surface, nodes.weight, self.node_error**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
-        cells, meshes = nodes.surplus(self.sent, self.spread * nodes.reflectance.max(axis=1))
-        self.bent = np.zeros(len(nodes))  # how far the light that each sends is off beside it
-        self.bent[: len(cells)] = np.linalg.norm(cells, axis=1)
-        own = nodes.surface[: len(cells)]
-        cells = nodes.weight[: len(cells), None] * cells**2
-        square = np.bincount(own, cells.sum(axis=1), len(scene)) + meshes**2
-        some = np.flatnonzero(self.reflects)
-        sent = self._relative(some, scene.areas[some], square[some] / scene.areas[some])
-        sent *= SOURCE * max(1.0, CANCEL * self.gain)
-        scale = np.sqrt(np.maximum(self.own_square, 1e-300))
-        self.surplus = cells / scale[own, None], meshes**2 / scale
+        sent = self._sent_error()
         self.parts = {
             "rays": rays,
             "shadows": shadows,
@@ -255,6 +243,21 @@ class RayState:
         shadow_rms = self._relative(nodes.surface, nodes.weight, self.node_shadow**2)
         self._each(rays / max(rms, 1e-300), shadows / shadow_rms if shadow_rms > 0 else 0.0)
         self.history.append((self.elapsed(), self.error))
+
+    def _sent_error(self):
+        """What finer cells would show of the light that is sent on, as it reaches others; keeps how far each node is
+        off beside it, and what each cell and mesh makes of it."""
+        nodes, scene = self.nodes, self.scene
+        cells, meshes = nodes.surplus(self.sent, self.spread * nodes.reflectance.max(axis=1))
+        self.bent = np.zeros(len(nodes))
+        self.bent[: len(cells)] = np.linalg.norm(cells, axis=1)
+        own = nodes.surface[: len(cells)]
+        cells = nodes.weight[: len(cells), None] * cells**2
+        square = np.bincount(own, cells.sum(axis=1), len(scene)) + meshes**2
+        some, scale = np.flatnonzero(self.reflects), np.sqrt(np.maximum(self.own_square, 1e-300))
+        self.surplus = cells / scale[own, None], meshes**2 / scale
+        whole = self._relative(some, scene.areas[some], square[some] / scene.areas[some])
+        return SOURCE * max(1.0, CANCEL * self.gain) * whole
 
     def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,

@@ -45,7 +45,7 @@ class KeptRays(KeptGroups):
         for j, direction in enumerate(directions(state.read)):
             along = self._along(state, receivers, j, direction, light, near)
             yield from mapped(along, lambda _, j=j: (len(state.sources) + j / state.read) / total)
-        light += (yield from mapped(near.settle(), lambda _: 1.0)).sum(axis=0)
+        light += yield from mapped(near.settle(), lambda _: 1.0)
         self.outside.settle()
         for array in (light, self.rows):
             array /= self.outside.total[:, None]
@@ -61,7 +61,7 @@ class KeptRays(KeptGroups):
         """Adds what the points see along the j-th direction (3,); yields."""
         bundle = yield from one_bundle(state.facets, state.nodes, receivers, direction)
         hit, node, cosine = bundle.hit, bundle.node, bundle.cosine
-        near.add(0, bundle)
+        near.add(bundle)
         basis = bundle.basis * np.abs(cosine[hit, None])
         light[hit] += np.einsum("hk,hkc->hc", basis, state.sent[node])
         for column, weight in zip(self.of[node].T, basis.T, strict=True):

@@ -27,8 +27,8 @@ class NearHits:
         self.most = min(MOST, PAIRS // max(len(state.sources), 1))
         self.found, self.count = [], 0
 
-    def add(self, half, bundle):
-        """Takes the near ones of a OneBundle's hits; half: of the directions, to which it belongs."""
+    def add(self, bundle):
+        """Takes the near ones of a OneBundle's hits."""
         # a cell's unevenness is also beside it, as far as is interpolated
         reach = np.where(bundle.basis > 0, self.reach[bundle.node], 0.0).max(axis=1, initial=0.0)
         some = np.flatnonzero(reach > 0)
@@ -39,7 +39,7 @@ class NearHits:
         near = np.flatnonzero(far < 1)
         some = some[near]
         who = bundle.hit[some]
-        parts = who, np.abs(bundle.cosine[who]), np.full(len(some), half), far[near], place[near]
+        parts = who, np.abs(bundle.cosine[who]), far[near], place[near]
         self.found.append((*parts, bundle.facet[some], bundle.front[some], bundle.node[some], bundle.basis[some]))
         self.count += len(some)
         if self.count > KEPT * self.most:
@@ -48,16 +48,16 @@ class NearHits:
     def _nearest(self):
         """The nearest of all that were found, as arrays."""
         parts = [np.concatenate(part) for part in zip(*self.found)]
-        nearest = np.argsort(parts[3], kind="stable")[: self.most]
+        nearest = np.argsort(parts[2], kind="stable")[: self.most]
         return [part[nearest] for part in parts]
 
     def settle(self):
-        """Generator with a sign of life a bundle; returns (2, n, 3), what each half of the directions tells more."""
-        out = np.zeros((2, len(self.receivers), 3))
+        """Generator with a sign of life a bundle; returns (n, 3), what they tell more."""
+        out = np.zeros((len(self.receivers), 3))
         if not self.found:
             return out
         state, facets = self.state, self.state.facets
-        who, cosine, half, _, place, facet, front, node, basis = self._nearest()
+        who, cosine, _, place, facet, front, node, basis = self._nearest()
         own = facets.surface[facet, np.where(front, 0, 1)]
         triangle = facet - facets.first[facets.shape[facet]]
         there = Placed(facets, own, place + facets.centre, triangle=triangle)
@@ -66,7 +66,7 @@ class NearHits:
         light = np.where(state.beamed[:, None], 0.0, state.light)
         more = np.einsum("nkc,kc->nc", factor, light) - np.einsum("hk,hkc->hc", basis, state.direct[node])
         more *= cosine[:, None] * np.einsum("hk,hkc->hc", basis, state.nodes.reflectance[node])
-        np.add.at(out, (half, who), more)
+        np.add.at(out, who, more)
         return out
 
 

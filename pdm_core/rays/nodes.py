@@ -28,8 +28,6 @@ TRIED = 64  # places of a cell on a polygon's border, of which those inside are 
 BENT = 0.2  # of how far values vary over a face between its own vertices: how far linear ones are off
 FINEST = 256  # parts of a mesh along its length, into which its faces are cut at most
 WHOLE = 0.95  # of a mesh's vertices, with their normals: when so many are on their own it is no use to part the others
-MERGED = 1.0  # size of the cells in which a mesh's vertices are merged, of a chart's cell
-BESIDE = (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)  # steps to a cell's neighbours
 SIDES = 6  # of the directions in which their normals are told apart
 
 
@@ -49,8 +47,8 @@ class Nodes:
         )
         self.extent = np.array([_extent(shape) for shape in shapes])
         area = scene.areas[sends].sum() or 1.0
-        self.size = np.sqrt(area / USUAL)  # m, of a cell
-        self.merged = np.full(len(scene), MERGED * self.size)
+        self.size = np.sqrt(area / USUAL)  # m, of a cell, and of those in which a mesh's vertices are merged
+        self.merged = np.full(len(scene), self.size)
         self.least = 2 * np.array([s.shape.bounds[1] for s in scene.surfaces]) / FINEST
         lattice = Lattice.even(self._first_cells(), self.is_ball)
         self._lay_out(lattice, np.full(len(lattice), -1), np.ones(len(scene), bool), None)
@@ -112,7 +110,7 @@ class Nodes:
         own, size = lattice.chart[some], lattice.size[lattice.chart[some]]
         corner, step = lattice.corner[some], lattice.step[some]
         at = (corner[:, None] + step[:, None] * square_lattice(PLACES)) / size[:, None]
-        share = step.prod(axis=1) / size.prod(axis=1)
+        share = lattice.share()[some]
         ball = np.flatnonzero(self.is_ball[own])
         low, high = (np.cos(np.pi * (corner[ball, 1] + k * step[ball, 1]) / size[ball, 1]) for k in (0, 1))
         share[ball] = (low - high) / 2 * step[ball, 0] / size[ball, 0]
@@ -212,25 +210,6 @@ class Nodes:
             setattr(self, name, getattr(self, name)[kept])
         self.__dict__.pop("weight", None)
         return kept, np.searchsorted(kept, changed)
-
-    def shut(self, closed):
-        """The same nodes; cells that are closed (n,), which nobody sees, are taken for an open one beside them, if any:
-        what is seen next to them is then between open ones."""
-        own = np.repeat(np.arange(len(self.grid)), self.grid)
-        shut = np.flatnonzero(closed[self.alias])
-        own, alias = own[shut], self.alias.copy()
-        column, row = np.divmod(shut - self.grid_first[own], np.maximum(self.cells[own, 1], 1))
-        found = np.zeros(len(shut), bool)
-        for a, b in BESIDE:
-            i = np.where(self.is_ball[own], (column + a) % np.maximum(self.cells[own, 0], 1), column + a)
-            there = (i >= 0) & (i < self.cells[own, 0]) & (row + b >= 0) & (row + b < self.cells[own, 1])
-            some = np.flatnonzero(there & ~found)
-            beside = self.alias[self.grid_first[own[some]] + i[some] * self.cells[own[some], 1] + row[some] + b]
-            some, beside = some[~closed[beside]], beside[~closed[beside]]
-            alias[shut[some]], found[some] = beside, True
-        new = copy.copy(self)
-        new.alias = alias
-        return new
 
     def of(self, scene):
         """The same nodes on the same shapes of another scene."""

@@ -55,7 +55,7 @@ class RaySolution(ReadOff):
             done = next(bundles)
             return done / (done + usual)
 
-        return (yield from mapped(self._state.incident(receivers, roughly), fraction))[0]
+        return (yield from mapped(self._state.incident(receivers, roughly), fraction))
 
     def estimated_error_steps(self, surface, points):
         """(n,) at points (n, 3) m of surfaces (n,), see estimated_error: generator of the fraction done."""
@@ -76,7 +76,7 @@ class RaySolution(ReadOff):
         n = len(points)
         start = np.full(n, self._state.facets.tolerance)
         free = Receivers(points - self._state.facets.centre, normals, np.full(n, -1), start, np.zeros(n, bool))
-        return np.maximum(finish(self._state.incident(free))[0], 0.0)
+        return np.maximum(finish(self._state.incident(free)), 0.0)
 
     def relight(self, scene):
         """The same shapes and sides with other reflectance, emission, lights' colours or background -> RaySolution,

@@ -70,23 +70,6 @@ class Tracer:
         surface = np.where(which < 0, -1, np.where(found >= 0, found, -2))
         return surface, x + np.where(np.isfinite(nearest), nearest, 0.0)[:, None] * d
 
-    def _on_triangles(self, k, x, d):
-        """Distance (n,) to a polygon or mesh, inf where none is, and whether its front is met; Moeller and Trumbore."""
-        shape = self.scene.shapes[k]
-        corners = shape.triangles if isinstance(shape, Polygon) else shape.vertices[shape.triangles]
-        o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        nearest, outside = np.full(len(x), np.inf), np.zeros(len(x), bool)
-        for a, b, c in zip(o, u, v, strict=True):
-            across = np.cross(d, c)
-            det = across @ b
-            with np.errstate(divide="ignore", invalid="ignore"):
-                s = ((x - a) * across).sum(1) / det
-                other = np.cross(x - a, b)
-                t, far = (d * other).sum(1) / det, other @ c / det
-            met = (s >= 0) & (t >= 0) & (s + t <= 1) & (far > 0) & (far < nearest)
-            nearest, outside = np.where(met, far, nearest), np.where(met, det > 0, outside)
-        return nearest, outside
-
     def from_lamps(self, x, n, rng):
         """Irradiance / pi (n, 3) at points off their surface, by one point on each shining surface."""
         scene, total = self.scene, np.zeros((len(x), 3))
