@@ -88,11 +88,9 @@ class Shares:
         place, normal, weight = source.samples(count)
         tint = source.tint(place)
         n = len(receivers)
-        seen, half, plain = np.zeros((n, 3)), np.zeros((2, n)), np.zeros(n)
-        total, total_half = np.zeros(n), np.zeros((2, n))
+        seen, half, total_half = np.zeros((n, 3)), np.zeros((2, n)), np.zeros((2, n))
         for j in range(len(place)):
             if source.distant:
-                visible = np.zeros(n, bool)
                 value = np.maximum(receivers.normals @ place[j], 0.0) * weight[j]
             else:
                 at = place[j : j + 1] - self.facets.centre
@@ -107,11 +105,10 @@ class Shares:
                 self.counts["shadow rays"] += len(some)
                 got = value * visible
                 seen += got[:, None] * (1.0 if tint is None else tint[j])
-                plain += got
                 half[j % 2] += got
-                total += value
                 total_half[j % 2] += value
             yield
+        plain, total = half.sum(axis=0), total_half.sum(axis=0)
         nothing = total <= 0
         safe = np.where(nothing, 1.0, total)
         share = seen / safe[:, None]
@@ -120,16 +117,20 @@ class Shares:
         plain = np.where(nothing, 0.0, plain / safe)
         off = np.where((total_half > 0).all(axis=0), np.abs(each - plain).mean(axis=0), 0.0)
         hides = plain < 1 - 1e-9
-        # what is near shines between the points that stand for it: all of it may be seen where they are not
         between = 1.0 * nothing
         if source.is_surface:
             lacking = np.where(hides, np.maximum(1 - total / (np.pi * whole), 0.0), 0.0)
-            some = np.flatnonzero(lacking > 0)
-            apart = np.sqrt(source.shape.area / len(place))
-            near = source.distances(receivers.points[some] + self.facets.centre) < apart
-            between = np.zeros(n)
-            between[some[near]] = lacking[some[near]]
+            between = self._between(source, receivers, lacking, len(place))
         return share, np.maximum(off, between), hides & (plain > 0) | (between > BETWEEN)
+
+    def _between(self, source, receivers, lacking, count):
+        """(n,) The part of a surface's light that `count` points do not stand for, lacking (n,), where it is near: it
+        shines between them, and all of that may be seen where they are not."""
+        out, some = np.zeros(len(receivers)), np.flatnonzero(lacking > 0)
+        far = source.distances(receivers.points[some] + self.facets.centre)
+        some = some[far < np.sqrt(source.shape.area / count)]
+        out[some] = lacking[some]
+        return out
 
     def _visible(self, source, place, receivers):
         if source.distant:
