@@ -23,7 +23,7 @@ def openness_steps(scene, surface, points, distances, normals=None, inward=None)
     traced = Traced(n, directions(1))
     for j, direction in enumerate(directions(DIRECTIONS)):
         traced.directions = direction[None]
-        yield from _told(traced.trace(facets, lambda _: receivers, every), j / DIRECTIONS)
+        yield from _told(traced.trace(facets, lambda rows, _: receivers.take(rows), every), j / DIRECTIONS)
         depth, weight = _depth(facets, traced, receivers), np.abs(traced.cosine[:, 0])
         out += weight[:, None] * (depth[:, None] >= np.asarray(distances, float))
         total += weight

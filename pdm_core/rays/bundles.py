@@ -12,7 +12,7 @@ from ..closed_forms import cross
 from ..shapes.shape import PARALLEL
 
 PER_CELL = 2.0  # receivers
-CELLS = 250  # along each axis at most: their product fits the sixteen bits that are sorted fast
+CELLS = 250  # along each axis at most: their product, planes side by side, fits the sixteen bits that are sorted fast
 TABLE = 64, 16, 4096  # entries of the table that finds shapes' cells: at least, for each line, at most
 SAMPLED = 4096  # receivers whose places tell the quantiles
 CANDIDATES = 1 << 15  # pairs tested at once
@@ -46,53 +46,95 @@ class Receivers:
 @dataclass
 class Hits:
     """What rays meet: facet (n,), balls counted after facets, NOTHING, or CONTACT with what is dark to them; at (n, 2):
-    (s, t) on it, of a ball its chart position; front (n,): whether they meet its front."""
+    (s, t) on it, of a ball its chart position; front (n,): whether they meet its front; cosine (n,) of the direction to
+    the receiver's normal, negative where the ray goes against it."""
 
     facet: np.ndarray
     at: np.ndarray
     front: np.ndarray
+    cosine: np.ndarray
 
 
-def along(facets, direction, receivers):
-    """Hits of rays from receivers along the unit direction, or against it where their normal looks that way."""
-    e1, e2 = _frame(direction)
-    plane = np.stack([e1, e2, direction])
-    x, y, z = plane @ receivers.points.T
-    sign = np.where(receivers.normals @ direction >= 0, 1.0, -1.0)
-    affine, low, high = _affine(facets, plane)
-    ball = _ball_boxes(facets, plane)
-    low, high = np.concatenate([low, ball[0]], axis=1), np.concatenate([high, ball[1]], axis=1)
-    quadrics = _Quadrics(facets, plane.T @ np.diag([1.0, 1.0, 0.0]), plane[2], np.zeros(3))
-    n, m = len(x), facets.count
+def along(facets, directions, receivers):
+    """Hits of rays from receivers, so many in turn along each of the unit directions (k, 3), or against it where their
+    normal looks that way. The projections along all directions lie side by side."""
+    planes = _frames(directions)
+    x, y, z = _turned(planes, receivers.points)
+    ray = np.repeat(directions, len(x) // len(planes), axis=0)
+    cosine = np.einsum("ni,ni->n", receivers.normals, ray)
+    sign = np.where(cosine >= 0, 1.0, -1.0)
+    affine, *boxes = _affine(facets, planes)
+    quadrics = _quadrics_along(facets, planes)
+    boxes = [np.concatenate(both, axis=1) for both in zip(boxes, _ball_boxes(facets, planes))]
+    n, m, flats = len(x), facets.count, facets.count * len(planes)
     nearest, reached, shape = np.full(n, NOTHING), np.full(n, np.inf), facets.shape
-    for who, which in _pairs(x, y, low, high):
+    triangle = np.tile(facets.triangle, len(planes))
+    of = np.append(np.tile(np.arange(m), len(planes)), np.tile(np.arange(m, len(shape)), len(planes)))
+    for who, found in _pairs(*_side_by_side(x, y, *boxes, len(planes), flats)):
         depth = np.full(len(who), np.inf)
-        flat = np.flatnonzero(which < m)
-        r, k = who[flat], which[flat]
-        inside = _within(affine, k, x.take(r), y.take(r), facets.triangle)
+        flat = np.flatnonzero(found < flats)
+        r, k = who[flat], found[flat]
+        inside = _within(affine, k, x.take(r), y.take(r), triangle)
         flat, r, k = flat[inside], r[inside], k[inside]
         d = sign.take(r) * (_at(affine[2], k, x.take(r), y.take(r)) - z.take(r))
-        start = receivers.start.take(r)
+        start, k = receivers.start.take(r), of.take(k)
         met = (d > start) & (receivers.own.take(r) != shape.take(k))
         # in contact only what faces the point hides anything from it
         close = np.flatnonzero(met & (d < -start))
-        ray = sign.take(r[close])[:, None] * direction
-        met[close] = np.einsum("ni,ni->n", ray, facets.normal.take(k[close], axis=0)) < 0
+        seen = np.einsum("ni,ni->n", ray.take(r[close], axis=0), facets.normal.take(k[close], axis=0))
+        met[close] = sign.take(r[close]) * seen < 0
         depth[flat[met]] = d[met]
-        round_ = np.flatnonzero(which >= m)
+        round_ = np.flatnonzero(found >= flats)
         if len(round_):
-            r, k = who[round_], which[round_]
-            ends = quadrics.ends(k - m, x.take(r), y.take(r)) - z.take(r)
-            own = receivers.own.take(r) == shape.take(k)
+            r, k = who[round_], found[round_]
+            ends = quadrics.ends(k - flats, x.take(r), y.take(r)) - z.take(r)
+            own = receivers.own.take(r) == shape.take(of.take(k))
             depth[round_] = _first(np.sort(sign.take(r) * ends, axis=0), r, own, receivers)
         first = np.flatnonzero(np.diff(who, prepend=-1))
         best = np.minimum.reduceat(depth, first)
         length = np.diff(first, append=len(who))
         hit = np.flatnonzero((depth == np.repeat(best, length)) & (depth < np.inf))
-        nearest[who[hit]], reached[who[hit]] = which[hit], depth[hit]
-    hits = _described(facets, nearest, reached, affine, x, y, sign[:, None] * direction, receivers)
-    hits.facet[_in_contact(facets, nearest, reached * np.abs(receivers.normals @ direction), receivers)] = CONTACT
+        nearest[who[hit]], reached[who[hit]] = found[hit], depth[hit]
+    facet = np.where(nearest >= 0, of.take(nearest), NOTHING) if len(of) else nearest
+    at = np.zeros((n, 2), np.float32)
+    r = np.flatnonzero((facet >= 0) & (facet < m))
+    for axis in range(2):
+        at[r, axis] = np.clip(_at(affine[axis], nearest[r], x.take(r), y.take(r)), 0.0, 1.0)
+    hits = _described(facets, facet, at, reached, sign[:, None] * ray, cosine, receivers)
+    hits.facet[_in_contact(facets, facet, reached * np.abs(cosine), receivers)] = CONTACT
     return hits
+
+
+def _side_by_side(x, y, low, high, count, flats):
+    """What _pairs takes of places x, y (n,) and boxes low, high (2, m) in `count` planes in turn, the boxes of the
+    first `flats` in all planes in turn before those of the others."""
+    if count == 1 or not len(x):
+        return x, y, low, high, ()
+    least, most = x.min(), x.max()
+    width = 1.5 * (most - least) or 1.0
+    begin = np.arange(count) * width
+    offset = np.concatenate([np.repeat(begin, k // count) for k in (flats, low.shape[1] - flats)])
+    low[:, (low[0] > most) | (high[0] < least)] = np.inf
+    low[0], high[0] = np.maximum(low[0], least) + offset, np.minimum(high[0], most) + offset
+    return x + np.repeat(begin, len(x) // count), y, low, high, most + width / 6 + begin[:-1]
+
+
+def _described(facets, facet, at, best, direction, cosine, receivers):
+    """The Hits of the nearest facets and balls (n,), at (n, 2) of facets, at distances best (n,) m of rays along
+    direction (n, 3)."""
+    n, m = len(facet), facets.count
+    front = np.zeros(n, bool)
+    r = np.flatnonzero((facet >= 0) & (facet < m))
+    front[r] = np.einsum("ni,ni->n", direction.take(r, axis=0), facets.normal.take(facet[r], axis=0)) < 0
+    r = np.flatnonzero(facet >= m)
+    if len(r):
+        k = facet[r] - m
+        place = receivers.points[r] + best[r, None] * direction[r]
+        local = np.einsum("nij,nj->ni", facets.ball_inverse[k], place - facets.ball_centre[k])
+        at[r] = ball_chart(local)
+        out = np.einsum("nji,nj->ni", facets.ball_inverse[k], local)
+        front[r] = np.einsum("ni,ni->n", direction[r], out) < 0
+    return Hits(facet, at, front, cosine)
 
 
 def _in_contact(facets, nearest, height, receivers):
@@ -100,26 +142,6 @@ def _in_contact(facets, nearest, height, receivers):
     some = np.flatnonzero((receivers.start < 0) & (height < TOUCHING * facets.tolerance) & (nearest < facets.count))
     along_ = np.einsum("ni,ni->n", receivers.normals[some], facets.normal[nearest[some]])
     return some[1 - along_**2 < PARALLEL**2]
-
-
-def _described(facets, nearest, best, affine, x, y, direction, receivers):
-    """The Hits of the nearest facets and balls (n,), at distances best (n,) m of rays along direction (n, 3)."""
-    n, m = len(nearest), facets.count
-    at, front = np.zeros((n, 2), np.float32), np.zeros(n, bool)
-    r = np.flatnonzero((nearest >= 0) & (nearest < m))
-    k = nearest[r]
-    for axis in range(2):
-        at[r, axis] = np.clip(_at(affine[axis], k, x.take(r), y.take(r)), 0.0, 1.0)
-    front[r] = np.einsum("ni,ni->n", direction.take(r, axis=0), facets.normal.take(k, axis=0)) < 0
-    r = np.flatnonzero(nearest >= m)
-    if len(r):
-        k = nearest[r] - m
-        place = receivers.points[r] + best[r, None] * direction[r]
-        local = np.einsum("nij,nj->ni", facets.ball_inverse[k], place - facets.ball_centre[k])
-        at[r] = ball_chart(local)
-        out = np.einsum("nji,nj->ni", facets.ball_inverse[k], local)
-        front[r] = np.einsum("ni,ni->n", direction[r], out) < 0
-    return Hits(nearest, at, front)
 
 
 def ball_chart(local):
@@ -167,7 +189,7 @@ def _seen_through(facets, centre, plane, receivers, skip):
     ball = _ball_cones(facets, centre, plane)
     ball[0][:, shape[m:] == skip] = np.inf
     low, high = np.concatenate([low, ball[0]], axis=1), np.concatenate([high, ball[1]], axis=1)
-    quadrics = _Quadrics(facets, np.zeros((3, 3)), plane.T, centre)
+    quadrics = _Quadrics(facets.ball_inverse, centre - facets.ball_centre, np.zeros((3, 3)), plane.T, True)
     triangle, of, count = facets.triangle[before], np.append(before, np.arange(m, len(shape))), len(before)
     length = np.sqrt(1 + x * x + y * y)
     # what ends before the receiver by as much as it keeps from its own surface hides it; layers are further apart
@@ -197,17 +219,24 @@ def _seen_through(facets, centre, plane, receivers, skip):
     return out
 
 
-def _frame(direction):
-    seed = np.zeros(3)
-    seed[np.argmin(np.abs(direction))] = 1.0
-    e1 = np.cross(seed, direction)
-    e1 /= np.linalg.norm(e1)
-    return e1, np.cross(direction, e1)
+def _frames(directions):
+    """Axes (k, 3, 3) of the planes across unit directions (k, 3), which come last."""
+    seed = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
+    e1 = np.cross(seed, directions)
+    e1 /= np.linalg.norm(e1, axis=1, keepdims=True)
+    return np.stack([e1, np.cross(directions, e1), directions], axis=1)
 
 
-def _affine(facets, plane):
-    """Of facets projected along plane[2]: s, t and depth, each (3, m) times (1, x, y), and boxes low, high (2, m)."""
-    o, u, v = (plane @ a.T for a in (facets.origin, facets.u, facets.v))
+def _turned(planes, points):
+    """x, y and z (n,) in planes (k, 3, 3) of points (n, 3), of which so many are in each plane in turn."""
+    parts = points.reshape(len(planes), -1, 3)
+    return np.moveaxis(planes @ np.moveaxis(parts, 1, 2), 1, 0).reshape(3, -1)
+
+
+def _affine(facets, planes):
+    """Of facets projected along the last axes of planes (k, 3, 3), all in one plane after the other: s, t and depth,
+    each (3, k m) times (1, x, y), and boxes low, high (2, k m)."""
+    o, u, v = (np.moveaxis(planes @ a.T, 1, 0).reshape(3, -1) for a in (facets.origin, facets.u, facets.v))
     det = u[0] * v[1] - u[1] * v[0]
     seen = np.abs(det) > 1e-12 * (np.abs(u).sum(axis=0) * np.abs(v).sum(axis=0))
     scale = 1 / np.where(seen, det, np.inf)
@@ -215,7 +244,8 @@ def _affine(facets, plane):
     t = np.stack([(u[1] * o[0] - u[0] * o[1]) * scale, -u[1] * scale, u[0] * scale])
     depth = s * u[2] + t * v[2]
     depth[0] += o[2]
-    corners = np.stack([o[:2], o[:2] + u[:2], o[:2] + v[:2], o[:2] + u[:2] + np.where(facets.triangle, 0.0, v[:2])])
+    last = np.where(np.tile(facets.triangle, len(planes)), 0.0, v[:2])
+    corners = np.stack([o[:2], o[:2] + u[:2], o[:2] + v[:2], o[:2] + u[:2] + last])
     low, high = corners.min(axis=0), corners.max(axis=0)
     low[:, ~seen] = np.inf
     return (s, t, depth), low, high
@@ -285,10 +315,10 @@ def _projective(facets, centre, plane, some):
     return tuple((row * scale)[order] for row in (vo, ou, uv)), low, high
 
 
-def _ball_boxes(facets, plane):
-    """Boxes low, high (2, b) of balls projected along plane[2]."""
-    middle = plane[:2] @ facets.ball_centre.T
-    reach = np.linalg.norm(np.einsum("ai,bij->abj", plane[:2], facets.ball_linear), axis=2)
+def _ball_boxes(facets, planes):
+    """Boxes low, high (2, k b) of balls projected along the last axes of planes (k, 3, 3)."""
+    middle = np.moveaxis(planes[:, :2] @ facets.ball_centre.T, 1, 0).reshape(2, -1)
+    reach = np.linalg.norm(np.einsum("kai,bij->akbj", planes[:, :2], facets.ball_linear), axis=3).reshape(2, -1)
     return middle - reach, middle + reach
 
 
@@ -306,21 +336,27 @@ def _ball_cones(facets, centre, plane):
     return low, high
 
 
+def _quadrics_along(facets, planes):
+    """The _Quadrics of all balls along the last axes of planes (k, 3, 3), of one plane after the other."""
+    count = len(planes)
+    inverse, centre = np.tile(facets.ball_inverse, (count, 1, 1)), np.tile(facets.ball_centre, (count, 1))
+    own = np.repeat(planes, len(facets.ball_centre), axis=0)
+    fixed, step = np.moveaxis(own, 1, 2).copy(), np.zeros((len(own), 3, 3))
+    step[:, :, 2], fixed[:, :, 2] = own[:, 2], 0.0
+    return _Quadrics(inverse, -centre, fixed, step, False)
+
+
 class _Quadrics:
-    """Where lines meet the balls: lines of the points start + fixed @ (x, y, 1) + t step, or of those start + t step @
-    (x, y, 1) where step is (3, 3).
+    """Where lines meet balls, inverse (b, 3, 3), which lie at -start (b, 3): lines of the points fixed @ (x, y, 1) +
+    t step @ (0, 0, 1), or, where the direction moves with the place, t step @ (x, y, 1); fixed, step (b, 3, 3).
 
     Both roots t of the ball's quadratic in t are known from functions of (x, y) that are worked out once a ball.
     """
 
-    def __init__(self, facets, fixed, step, start):
-        inverse = facets.ball_inverse
-        w = inverse @ (step if step.ndim == 2 else np.zeros((3, 3)))
-        if step.ndim == 1:
-            w[:, :, 2] = inverse @ step
-        q = inverse @ fixed
-        q[:, :, 2] += np.einsum("bij,bj->bi", inverse, start - facets.ball_centre)
-        self.moves = step.ndim == 2  # the direction, not the point, depends on (x, y)
+    def __init__(self, inverse, start, fixed, step, moves):
+        w, q = inverse @ step, inverse @ fixed
+        q[:, :, 2] += np.einsum("bij,bj->bi", inverse, start)
+        self.moves = moves
         if self.moves:
             p = q[:, :, 2]
             self.c = np.einsum("bi,bi->b", p, p) - 1
@@ -373,14 +409,17 @@ def _first(ends, r, own, receivers):
     return np.where(np.isnan(out), np.inf, out)
 
 
-def _pairs(x, y, low, high):
+def _pairs(x, y, low, high, parted=()):
     """Yields (receiver, shape) (p,) index arrays, sorted by cell and receiver: shapes whose boxes low, high (2, m) may
-    hold the receivers' places x, y (n,)."""
+    hold the receivers' places x, y (n,); parted: values of x that nothing goes across."""
     n = len(x)
     if not n:
         return
-    side = int(np.clip(np.sqrt(n / PER_CELL), 1, CELLS))
-    lines = [_quantiles(a, side) for a in (x, y)]
+    planes = len(parted) + 1
+    side = int(np.clip(np.sqrt(n / PER_CELL / planes), 1, CELLS / np.sqrt(planes)))
+    lines = [_quantiles(x, side * planes), _quantiles(y, side)]
+    if len(parted):
+        lines[0] = np.sort(np.concatenate([lines[0], parted]))
     cell = np.searchsorted(lines[0], x, "right") * side + np.searchsorted(lines[1], y, "right")
     cell = cell.astype(np.uint16)
     order = np.argsort(cell, kind="stable")
@@ -397,7 +436,7 @@ def _pairs(x, y, low, high):
     place = ((first[0].take(entry) + column) * side + first[1].take(entry) + row).astype(np.uint16)
     sorted_ = np.argsort(place, kind="stable")
     shape = shape.take(entry.take(sorted_))
-    number = np.bincount(place, minlength=side * side)
+    number = np.bincount(place, minlength=(len(lines[0]) + 1) * side)
     start = np.cumsum(number) - number
     own = cell.take(order)
     each = number.take(own)

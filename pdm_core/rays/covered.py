@@ -30,7 +30,7 @@ def covered(traced, nodes, which):
         some = np.flatnonzero(within)
         if not len(some):
             break
-        hits = along(nodes.facets, direction, nodes.places.take(which[row[some]] * PLACES + column[some]))
+        hits = along(nodes.facets, direction[None], nodes.places.take(which[row[some]] * PLACES + column[some]))
         side = nodes.facets.surface[hits.facet, np.where(hits.front, 0, 1)]
         within[some] = (hits.facet >= 0) & (side < 0)
     out[row, column] = within

@@ -134,5 +134,5 @@ class Shares:
 
     def _visible(self, source, place, receivers):
         if source.distant:
-            return along(self.facets, place, receivers).facet == NOTHING
+            return along(self.facets, place[None], receivers).facet == NOTHING
         return seen_from(self.facets, place - self.facets.centre, receivers, source.skip)

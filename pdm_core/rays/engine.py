@@ -21,7 +21,7 @@ from .facets import Facets
 from .near import NearHits
 from .nodes import LIT, Nodes
 from .placed import Placed
-from .rows import Gathered, Traced, directions, one_bundle, sky_alone, sky_missed
+from .rows import Gathered, Traced, batches, bundle, directions, sky_alone, sky_missed
 from .sources import relit, sources_of
 
 RAYS, MOST_RAYS = 64, 4096  # directions of a node, of a point where colours are read: at first, at most
@@ -104,7 +104,7 @@ class RayState:
 
     def trace(self, which):
         """Rays of the nodes which (k,), from each of their places in turn; yields."""
-        yield from self.traced.trace(self.facets, lambda j: self.nodes.from_place(which, j), which)
+        yield from self.traced.trace(self.facets, self.nodes.from_place, which)
         self.counts["rays"] += len(which) * len(self.traced.directions)
 
     def _take_spots(self, each, lit, told):
@@ -181,16 +181,19 @@ class RayState:
         n, nodes, scene = len(receivers), self.nodes, self.scene
         total, weight = np.zeros((n, 3)), np.zeros(n)
         sent, near = self.sent.astype(np.float32), NearHits(self, receivers)
-        for direction in directions(count):
-            bundle = yield from one_bundle(self.facets, nodes, receivers, direction)
-            hit, cosine, missed = bundle.hit, np.abs(bundle.cosine), np.flatnonzero(bundle.missed)
-            value = np.einsum("hk,hkc->hc", bundle.basis, sent.take(bundle.node, axis=0))
-            total[hit] += cosine[hit, None] * value
-            near.add(bundle)
-            if len(missed) and (scene.sky is not None or scene.background.any()):
-                sky = scene.sky_at(np.stack([direction, -direction]))
-                total[missed] += cosine[missed, None] * sky[(bundle.cosine[missed] < 0).astype(int)]
-            weight += cosine
+        every, skies = directions(count), scene.sky is not None or scene.background.any()
+        for some in batches(count, n, self.facets):
+            rays = bundle(self.facets, nodes, receivers, every[some])
+            yield
+            light, cosine = np.zeros((len(rays.cosine), 3)), np.abs(rays.cosine)
+            light[rays.ray] = np.einsum("hk,hkc->hc", rays.basis, sent.take(rays.node, axis=0))
+            near.add(rays)
+            missed = np.flatnonzero(rays.missed)
+            if len(missed) and skies:
+                sky = scene.sky_at(np.concatenate([every[some], -every[some]]))
+                light[missed] = sky[missed // n + len(some) * (rays.cosine[missed] < 0)]
+            total += (cosine[:, None] * light).reshape(len(some), n, 3).sum(axis=0)
+            weight += cosine.reshape(len(some), n).sum(axis=0)
         self.counts["rays"] += n * count
         total += yield from near.settle()
         return total / np.maximum(weight, 1e-300)[:, None]
@@ -277,7 +280,9 @@ class RayState:
             self.looked = weight, materials_at(self.scene, surface, points)[0], off, sky
         if self.looked_rays is None or len(self.looked_rays.directions) != self.read:
             self.looked_rays = Traced(len(self.places), directions(self.read))
-            yield from self.looked_rays.trace(self.facets, lambda _: self.places, np.arange(len(self.places)))
+            yield from self.looked_rays.trace(
+                self.facets, lambda rows, _: self.places.take(rows), np.arange(len(self.places))
+            )
 
     def _each(self, ray_scale, shadow_scale):
         """surface_errors (n surfaces,): of each one's own light: of its nodes' rays and shadows, as large as those are

@@ -9,7 +9,7 @@ from ..signs_of_life import mapped
 from .beside import read_places
 from .direct import COARSE, READ, Shares
 from .near import NearHits
-from .rows import MISS, directions, one_bundle
+from .rows import MISS, bundle, directions
 from .sources import Emitter
 
 FAINT = 1e-3  # of the light: sources that give less may become brighter, yet their shadows need not be finer than that
@@ -29,8 +29,8 @@ class KeptRays(KeptGroups):
         self.spots, self.straight_on = state.spots, count - len(state.spots)
         self.take_nodes(state.factor, nodes.reflectance)
         self.shines = state.by_rays[self.group_surface][:, None]
-        self.outside = _Sky(len(points), state.read, state.scene)
-        self.group_outside = _Sky(self.count, len(state.traced.directions), state.scene)
+        self.outside = _Sky(len(points), directions(state.read), state.scene)
+        self.group_outside = _Sky(self.count, state.traced.directions, state.scene)
 
     def steps(self, state, normals, inward):
         """Generator of the fraction done, that works out what is kept."""
@@ -43,8 +43,8 @@ class KeptRays(KeptGroups):
             self.factor[:, k] = (yield from mapped(steps, lambda _, k=k: k / total))[0][:, 0]
         light, near = np.zeros((len(receivers), 3)), NearHits(state, receivers)
         for j, direction in enumerate(directions(state.read)):
-            along = self._along(state, receivers, j, direction, light, near)
-            yield from mapped(along, lambda _, j=j: (len(state.sources) + j / state.read) / total)
+            self._along(state, receivers, j, direction, light, near)
+            yield (len(state.sources) + j / state.read) / total
         light += yield from mapped(near.settle(), lambda _: 1.0)
         self.outside.settle()
         for array in (light, self.rows):
@@ -58,15 +58,15 @@ class KeptRays(KeptGroups):
         return state.target * max(own, FAINT * state.level)
 
     def _along(self, state, receivers, j, direction, light, near):
-        """Adds what the points see along the j-th direction (3,); yields."""
-        bundle = yield from one_bundle(state.facets, state.nodes, receivers, direction)
-        hit, node, cosine = bundle.hit, bundle.node, bundle.cosine
-        near.add(bundle)
-        basis = bundle.basis * np.abs(cosine[hit, None])
+        """Adds what the points see along the j-th direction (3,)."""
+        rays = bundle(state.facets, state.nodes, receivers, direction[None])
+        hit, node, cosine = rays.who, rays.node, rays.cosine
+        near.add(rays)
+        basis = rays.basis * np.abs(cosine[hit, None])
         light[hit] += np.einsum("hk,hkc->hc", basis, state.sent[node])
         for column, weight in zip(self.of[node].T, basis.T, strict=True):
             self.rows[hit, column] += weight
-        self.outside.add(j, cosine, bundle.missed)
+        self.outside.add(j, cosine, rays.missed)
 
     def _between_groups(self, nodes, traced):
         weight = self.part / np.maximum(np.abs(traced.cosine).sum(axis=1), 1e-30)
@@ -118,10 +118,10 @@ class _Sky:
     """What n receivers see of the sky along m directions and against them: of one that is the same all around the sum;
     of one that varies all parts, and its light under the sky last asked for."""
 
-    def __init__(self, count, directions_count, scene):
-        self.directions = directions(directions_count)
+    def __init__(self, count, directions, scene):
+        self.directions = directions
         self.total, self.missed = np.zeros(count), np.zeros(count)
-        self.parts = np.zeros((2, count, directions_count), np.float32) if scene.sky is not None else None
+        self.parts = np.zeros((2, count, len(directions)), np.float32) if scene.sky is not None else None
         self.last, self.shown = None, None
 
     def add(self, j, cosine, missed, of=None, weight=None):

@@ -28,18 +28,17 @@ class NearHits:
         self.found, self.count = [], 0
 
     def add(self, bundle):
-        """Takes the near ones of a OneBundle's hits."""
+        """Takes the near ones of a Bundle's hits."""
         # a cell's unevenness is also beside it, as far as is interpolated
         reach = np.where(bundle.basis > 0, self.reach[bundle.node], 0.0).max(axis=1, initial=0.0)
         some = np.flatnonzero(reach > 0)
         if not len(some):
             return
         place = places_of(self.state.facets, bundle.facet[some], bundle.at[some])
-        far = np.linalg.norm(place - self.receivers.points[bundle.hit[some]], axis=1) / reach[some]
+        far = np.linalg.norm(place - self.receivers.points[bundle.who[some]], axis=1) / reach[some]
         near = np.flatnonzero(far < 1)
         some = some[near]
-        who = bundle.hit[some]
-        parts = who, np.abs(bundle.cosine[who]), far[near], place[near]
+        parts = bundle.who[some], np.abs(bundle.cosine[bundle.ray[some]]), far[near], place[near]
         self.found.append((*parts, bundle.facet[some], bundle.front[some], bundle.node[some], bundle.basis[some]))
         self.count += len(some)
         if self.count > KEPT * self.most:

@@ -220,7 +220,7 @@ class Nodes:
         return new
 
     def from_place(self, which, j):
-        """Receivers of nodes which (k,) at the j-th of their places."""
+        """Receivers of nodes which (k,) at the j-th of their places, j (k,)."""
         return self.places.take(which * PLACES + j % PLACES)
 
     def lit_places(self, which):

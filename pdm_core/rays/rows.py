@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..shapes.shape import lattice
-from .bundles import CONTACT, along
+from .bundles import CONTACT, NOTHING, along
 
 HALVES = 2  # of the directions, alternately
 MISS, DARK = -1, -2  # instead of a facet's code
+RAYS_AT_ONCE, FACETS_AT_ONCE, MOST_AT_ONCE = 8192, 16384, 16  # of bundles side by side
 FINE_SKY, AT_ONCE = 1 << 15, 32  # directions that find small bright parts of a sky; points at once
 
 
@@ -34,14 +35,14 @@ class Traced:
         return count * directions * (16 + 80)
 
     def trace(self, facets, receivers, which):
-        """Rays, the rows `which` (n,) of this, of receivers(j) along the j-th direction; yields a bundle at a time."""
-        for j, direction in enumerate(self.directions):
-            from_ = receivers(j)
-            hits = along(facets, direction, from_)
+        """Rays, the rows `which` (n,) of this, of receivers(rows, j) (k,) of them along the j-th directions (k,);
+        yields a bundle at a time."""
+        for some in batches(len(self.directions), len(which), facets):
+            rows, j = np.tile(which, len(some)), np.repeat(some, len(which))
+            hits = along(facets, self.directions[some], receivers(rows, j))
             code = np.where(hits.facet >= 0, 2 * hits.facet + ~hits.front, MISS)
-            self.code[which, j] = np.where(hits.facet == CONTACT, DARK, code)
-            self.at[which, j] = hits.at
-            self.cosine[which, j] = from_.normals @ direction
+            self.code[rows, j] = np.where(hits.facet == CONTACT, DARK, code)
+            self.at[rows, j], self.cosine[rows, j] = hits.at, hits.cosine
             yield
 
     def moved(self, count, old):
@@ -52,13 +53,22 @@ class Traced:
         return new
 
 
-@dataclass
-class OneBundle:
-    """Rays of n receivers along a direction, or against it: hit (h,), which of them meet what sends light, its facet,
-    at (h, 2) and front (h,), its nodes and weights, node, basis (h, 4); cosine (n,), negative against the direction;
-    missed (n,) bool: which meet nothing."""
+def batches(count, receivers, facets):
+    """Indices of `count` directions in turn: of few receivers so many at once that most time is not that of setting a
+    bundle up."""
+    at_once = min(RAYS_AT_ONCE // max(receivers, 1), FACETS_AT_ONCE // max(facets.count, 1), MOST_AT_ONCE)
+    at_once = max(at_once, 1)
+    return np.split(np.arange(count), np.arange(at_once, count, at_once))
 
-    hit: np.ndarray
+
+@dataclass
+class Bundle:
+    """Rays of n receivers along k directions, or against them, one direction after the other: ray (h,), which of the
+    k n meet what sends light, who (h,), whose they are, their facet, at (h, 2) and front (h,), its nodes and weights,
+    node, basis (h, 4); cosine (k n,), negative against the direction; missed (k n,) bool: which meet nothing."""
+
+    ray: np.ndarray
+    who: np.ndarray
     facet: np.ndarray
     at: np.ndarray
     front: np.ndarray
@@ -68,15 +78,15 @@ class OneBundle:
     missed: np.ndarray
 
 
-def one_bundle(facets, nodes, receivers, direction):
-    """Generator with a sign of life; returns the OneBundle of receivers along a direction (3,)."""
-    one = Traced(len(receivers), direction[None])
-    yield from one.trace(facets, lambda _: receivers, np.arange(len(receivers)))
-    code = one.code[:, 0]
-    hit = np.flatnonzero((code >= 0) & (len(nodes) > 0))  # nothing is sent where all is black
-    facet, front, at = code[hit] >> 1, (code[hit] & 1) == 0, one.at[hit, 0]
+def bundle(facets, nodes, receivers, directions):
+    """The Bundle of receivers along directions (k, 3)."""
+    n, k = len(receivers), len(directions)
+    who = np.tile(np.arange(n), k)
+    hits = along(facets, directions, receivers.take(who))
+    ray = np.flatnonzero((hits.facet >= 0) & (len(nodes) > 0))  # nothing is sent where all is black
+    facet, front, at = hits.facet[ray], hits.front[ray], hits.at[ray]
     node, basis = nodes.columns(facet, at, front)
-    return OneBundle(hit, facet, at, front, node, basis, one.cosine[:, 0], code == MISS)
+    return Bundle(ray, who[ray], facet, at, front, node, basis, hits.cosine, hits.facet == NOTHING)
 
 
 class Gathered:

@@ -1,0 +1,81 @@
+"""Bundles of rays, along one direction or many side by side, against every shape tried for every ray."""
+
+import numpy as np
+import pytest
+
+from pdm_core import Plane, Scene, Sphere, Surface
+from pdm_core.rays.bundles import NOTHING, Receivers, along, seen_from
+from pdm_core.rays.facets import Facets
+
+
+def heap(rng, planes, balls):
+    """Parallelograms and balls at random, seen from both sides."""
+    shapes = [Plane(*rng.uniform(-1, 1, (1, 3)), *rng.normal(size=(2, 3)) * 0.4) for _ in range(planes)]
+    shapes += [Sphere.at(rng.uniform(-1, 1, 3), rng.uniform(0.05, 0.3)) for _ in range(balls)]
+    return shapes, Scene([Surface(s, 0.5, side=side) for s in shapes for side in ("front", "back")])
+
+
+def nearest(shapes, start, direction):
+    """(n,) which of the shapes rays from start (n, 3) along direction (n, 3) meet first, -1 none, one by one."""
+    best, found = np.full(len(start), np.inf), np.full(len(start), -1)
+    for k, shape in enumerate(shapes):
+        if isinstance(shape, Plane):
+            u, v = shape.linear[:, 0], shape.linear[:, 1]
+            normal = np.cross(u, v)
+            depth = (shape.origin - start) @ normal / (direction @ normal)
+            there = start + depth[:, None] * direction - shape.origin
+            s, t = np.linalg.lstsq(np.stack([u, v], axis=1), there.T, rcond=None)[0]
+            hit = (depth > 0) & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
+        else:
+            to, radius = shape.origin - start, shape.semi_axes[0]
+            middle = np.einsum("ni,ni->n", to, direction)
+            half = radius**2 - np.einsum("ni,ni->n", to, to) + middle**2
+            near, far = (middle + sign * np.sqrt(np.maximum(half, 0)) for sign in (-1, 1))
+            depth = np.where(near > 0, near, far)
+            hit = (half > 0) & (depth > 0)
+        closer = hit & (depth < best)
+        best[closer], found[closer] = depth[closer], k
+    return found
+
+
+def free(rng, count):
+    """Receivers anywhere in the heap, on no shape."""
+    normals = rng.normal(size=(count, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    points = rng.uniform(-1.5, 1.5, (count, 3))
+    return Receivers(points, normals, np.full(count, -1), np.full(count, 1e-9), np.zeros(count, bool))
+
+
+@pytest.mark.parametrize("count", (1, 2, 7, 16))
+@pytest.mark.parametrize("planes, balls, each", ((40, 0, 300), (0, 30, 50), (30, 30, 400), (3, 1, 40), (300, 20, 3)))
+def test_the_nearest_shape_is_met(count, planes, balls, each):
+    rng = np.random.default_rng(count * planes + balls)
+    shapes, scene = heap(rng, planes, balls)
+    facets = Facets(scene)
+    receivers = free(rng, each).take(np.tile(np.arange(each), count))
+    directions = rng.normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    about = Receivers(receivers.points - facets.centre, *list(vars(receivers).values())[1:])
+    hits = along(facets, directions, about)
+    cosine = np.einsum("ni,ni->n", receivers.normals, np.repeat(directions, each, axis=0))
+    np.testing.assert_allclose(hits.cosine, cosine, atol=1e-12)
+    ray = np.sign(cosine)[:, None] * np.repeat(directions, each, axis=0)
+    right = nearest(shapes, receivers.points, ray)
+    met = np.where(hits.facet == NOTHING, -1, facets.shape.take(hits.facet))
+    np.testing.assert_array_equal(met, np.where(right >= 0, scene.shape_of[::2][right], -1))
+    assert (right >= 0).any()
+
+
+@pytest.mark.parametrize("planes, balls", ((40, 0), (0, 30), (30, 30)))
+def test_what_stands_between_hides(planes, balls):
+    rng = np.random.default_rng(planes)
+    shapes, scene = heap(rng, planes, balls)
+    facets, receivers, centre = Facets(scene), free(rng, 500), rng.uniform(-1, 1, 3)
+    about = Receivers(receivers.points - facets.centre, *list(vars(receivers).values())[1:])
+    seen = seen_from(facets, centre - facets.centre, about)
+    to = centre - receivers.points
+    far = np.linalg.norm(to, axis=1, keepdims=True)
+    hit = nearest(shapes, receivers.points, to / far)
+    beyond = nearest(shapes, np.repeat(centre[None], 500, axis=0), -to / far)
+    assert seen[hit < 0].all() and seen.any() and not seen.all()
+    assert not seen[(hit >= 0) & (hit == beyond) & np.isin(hit, np.arange(planes))].any()
