@@ -10,44 +10,23 @@ from collections import Counter
 import numpy as np
 
 from ..numerics import gmres
-from ..plan import RAY_MEMORY
-from ..read_off import materials_at, spread_points
 from ..signs_of_life import finish, in_thread
 from .aimed import Spot, spots_of
-from .amplified import amplification, passed_on
+from .amplified import amplification
 from .covered import covered
 from .direct import AT_NODES, COARSE, FINE, READ, ROUGHLY, Shares
 from .facets import Facets
 from .near import NearHits
 from .nodes import LIT, Nodes
-from .placed import Placed
-from .rows import Gathered, Traced, batches, bundle, directions, sky_alone, sky_missed
+from .rows import Gathered, Traced, batches, bundle, directions
 from .sources import relit, sources_of
 
-RAYS, MOST_RAYS = 64, 4096  # directions of a node, of a point where colours are read: at first, at most
-POWER = 0.72  # the error of n directions falls as n to this
-HALF = 0.62  # error of all rays, of what half of them differ from all: every second one is spread less evenly
-SAFETY = 1.7  # of what halves and surpluses tell to what is stated
-CHECKED = 256  # points where the error is found
-LEAST_TOLD = 1e-3
+RAYS = 64  # directions of a node, and of a point where colours are read, at first
 SOLVED = 0.02  # relative residual of the linear system, of the target
 STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
-SHARES = {"rays": 0.6, "shadows": 0.25, "nodes": 0.55, "sent": 0.5}  # of the error that is left, each part's at most
-REACHED = 0.95  # of the target: what is worked towards
-STEP = 32  # of directions where colours are read
-MORE = 1.25  # times as many directions of the nodes at least, as all their rays begin anew
-MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
-SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
-DIM = 0.05  # of the mean light: what is darker need not be right to its own
-DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
-CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
-HALVED = 0.7  # of the error of cells, what halves of them leave
-KEPT_WHOLE = 0.02  # of the square of the error: cells that make no more are not halved
-USUAL = 4.0  # nodes whose weight the usual error of a surface has beside its own
-CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
 
 class RayState:
@@ -55,7 +34,7 @@ class RayState:
 
     def __init__(self, scene, target_error):
         self.scene, self.target, self.started = scene, target_error, time.perf_counter()
-        self.counts, self.history, self.parts = Counter(), [], {}
+        self.counts = Counter()
         self.facets = Facets(scene)
         self.by_rays = (scene.emission > 0).any(axis=1) & np.array([s.is_inside for s in scene.surfaces])
         self.reflects = (scene.reflectance > 0).any(axis=1)
@@ -67,9 +46,7 @@ class RayState:
         self.unsure_lit = np.zeros(0)  # how far the direct light at a node's places may be off
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
-        self.error, self.level = float("inf"), 0.0
-        self.looked = self.looked_rays = None
-        self.told = TOLD
+        self.told, self.level = TOLD, 0.0
 
     def elapsed(self):
         """s since the beginning"""
@@ -100,6 +77,17 @@ class RayState:
         self.unsure_lit[new] = np.sqrt((off.reshape(len(new), LIT) ** 2).mean(axis=1))
         self.factor[new] = each.mean(axis=1)
         self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
+        yield from in_thread(self.link)
+
+    def take_nodes(self, nodes):
+        """Finer nodes, in place of those that they were made from; yields."""
+        self.nodes = nodes
+        yield from self.extend(nodes.old)
+
+    def trace_anew(self, count):
+        """Rays of all nodes along so many directions; yields."""
+        self.traced = Traced(len(self.nodes), directions(count))
+        yield from self.trace(np.arange(len(self.nodes)))
         yield from in_thread(self.link)
 
     def trace(self, which):
@@ -164,15 +152,22 @@ class RayState:
         self.surface_norms = np.sqrt(square + spots)
         self.norm = float(np.sqrt((square + spots).sum()))
         reflecting = max(self.scene.areas[self.reflects].sum(), 1e-300)
-        # of each surface: the mean square that its errors count against; a bright spot in a dim room makes none good
-        self.usual_square = square.sum() / reflecting
-        self.own_square = np.maximum(square / self.scene.areas, DIM**2 * self.usual_square)
+        # the mean squares that errors count against; a bright spot in a dim room makes none good
+        self.squares = square / self.scene.areas, square.sum() / reflecting
         usual = np.sqrt(square.sum()) if square.any() else self.norm
         self.level = float(usual / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3))
         once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
         left = rho * self.amplified[:, None] * residual
         self.left = np.sqrt((weight * (left**2).sum(axis=1)).sum()) / max(self.norm, 1e-300)
+        self.surplus = self.nodes.surplus(self.sent, self.spread * rho.max(axis=1, initial=0.0))
+        self.bent = np.zeros(len(self.nodes))  # how far what a node sends is off beside it
+        self.bent[: len(self.surplus[0])] = np.linalg.norm(self.surplus[0], axis=1)
+
+    def own_square(self, dim):
+        """(n surfaces,) The mean square of what each sends on of what it receives, at least that of dim of the mean."""
+        each, usual = self.squares
+        return np.maximum(each, dim**2 * usual)
 
     # -- reading -------------------------------------------------------------------------------------------------
 
@@ -210,95 +205,6 @@ class RayState:
         rest = yield from self.gather(receivers, min(RAYS, self.read) if roughly else self.read)
         return np.einsum("nkc,kc->nc", factor, self.light) + rest
 
-    # -- error ---------------------------------------------------------------------------------------------------
-
-    def check(self):
-        """The error and its parts; yields."""
-        nodes, scene = self.nodes, self.scene
-        yield from self.look()
-        weight, rho, off, sky = self.looked
-        rows = yield from in_thread(Gathered, self.looked_rays, nodes, scene)
-        unsure = HALF * rows.unsure(self.sent)
-        if sky is not None:
-            unsure = np.hypot(unsure, sky_missed(scene, sky, self.looked_rays))
-        there = self.places.surface
-        rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
-        shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
-        own = HALF * self.rows.unsure(self.sent)
-        reflected = nodes.reflectance * own
-        self.node_error = np.linalg.norm(reflected, axis=1)
-        self.node_shadow = nodes.reflectance.max(axis=1) * self.unsure_lit
-        passed = nodes.reflectance * (
-            yield from in_thread(passed_on, self.rows.times, nodes.reflectance, own, self.amplified)
-        )
-        rms = self._relative(nodes.surface, nodes.weight, self.node_error**2)
-        dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
-        sent = self._sent_error()
-        self.parts = {
-            "rays": rays,
-            "shadows": shadows,
-            "sent": sent,
-            "nodes": self._relative(nodes.surface, nodes.weight, (passed**2).sum(axis=1), DIM_WITHIN)
-            + CORRELATED * dim * rms,
-            "solver": float(self.left),
-        }
-        self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
-        shadow_rms = self._relative(nodes.surface, nodes.weight, self.node_shadow**2)
-        self._each(rays / max(rms, 1e-300), shadows / shadow_rms if shadow_rms > 0 else 0.0)
-        self.history.append((self.elapsed(), self.error))
-
-    def _sent_error(self):
-        """What finer cells would show of the light that is sent on, as it reaches others; keeps how far each node is
-        off beside it, and what each cell and mesh makes of it."""
-        nodes, scene = self.nodes, self.scene
-        cells, meshes = nodes.surplus(self.sent, self.spread * nodes.reflectance.max(axis=1))
-        self.bent = np.zeros(len(nodes))
-        self.bent[: len(cells)] = np.linalg.norm(cells, axis=1)
-        own = nodes.surface[: len(cells)]
-        cells = nodes.weight[: len(cells), None] * cells**2
-        square = np.bincount(own, cells.sum(axis=1), len(scene)) + meshes**2
-        some, scale = np.flatnonzero(self.reflects), np.sqrt(np.maximum(self.own_square, 1e-300))
-        self.surplus = cells / scale[own, None], meshes**2 / scale
-        whole = self._relative(some, scene.areas[some], square[some] / scene.areas[some])
-        return SOURCE * max(1.0, CANCEL * self.gain) * whole
-
-    def _relative(self, surface, weight, square, dim=DIM):
-        """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,
-        where that is more, of each surface's own: what lies in the dark is to be right too, as a room is whose outer
-        walls stand in the sun, but a dark place that all but no light comes to is not to rule all."""
-        whole = np.sqrt((weight * square).sum()) / max(self.norm, 1e-300)
-        each = square / np.maximum(np.maximum(self.own_square, dim**2 * self.usual_square)[surface], 1e-300)
-        return float(max(whole, np.sqrt((weight * each).sum() / max(weight.sum(), 1e-300))))
-
-    def look(self):
-        """Direct light and rays at random points, as where colours are read, anew where that gets finer; yields."""
-        if self.looked is None:
-            surface, points, weight = check_points(self.scene, self.reflects, CHECKED)
-            self.places = Placed(self.facets, surface, points)
-            off = (yield from self.lit(self.places))[1]
-            sky = None if self.scene.sky is None else sky_alone(self.scene, self.places.normals)
-            self.looked = weight, materials_at(self.scene, surface, points)[0], off, sky
-        if self.looked_rays is None or len(self.looked_rays.directions) != self.read:
-            self.looked_rays = Traced(len(self.places), directions(self.read))
-            yield from self.looked_rays.trace(
-                self.facets, lambda rows, _: self.places.take(rows), np.arange(len(self.places))
-            )
-
-    def _each(self, ray_scale, shadow_scale):
-        """surface_errors (n surfaces,): of each one's own light: of its nodes' rays and shadows, as large as those are
-        where colours are read, and its part of all the rest."""
-        nodes, count = self.nodes, len(self.scene)
-        self.node_error = np.hypot(ray_scale * self.node_error, shadow_scale * self.node_shadow)
-        own = np.sqrt(np.bincount(nodes.surface, nodes.weight * self.node_error**2, count))
-        told = {"rays"} | ({"shadows"} if shadow_scale > 0 else set())
-        rest = np.sqrt(sum(v * v for k, v in self.parts.items() if k not in told))
-        known = self.surface_norms > 0
-        relative = np.divide(own, self.surface_norms, out=np.zeros(count), where=known)
-        # a few nodes tell little of their own error: the usual one counts as so many more
-        usual = np.median(relative[known]) if known.any() else 0.0
-        relative = np.sqrt((nodes.number * relative**2 + USUAL * usual**2) / (nodes.number + USUAL))
-        self.surface_errors = SAFETY * np.where(known, np.hypot(relative, rest), 0.0)
-
     @property
     def idle(self):
         """Names of what shines but comes to no place of any node: all of it is hidden, or what it lights is smaller."""
@@ -306,104 +212,15 @@ class RayState:
         lamps = zip(self.sources[: len(seen) - len(self.spots)], seen)
         return [s.name for s, some in lamps if not some and s.colour.any() and len(self.factor)]
 
-    def nothing(self):
-        """Where no light is."""
-        self.error, self.parts, self.surface_errors = 0.0, {}, np.zeros(len(self.scene))
-        self.node_error, self.bent = np.zeros((2, len(self.nodes)))
-        self.history.append((self.elapsed(), 0.0))
-
     def take_light(self, scene):
         """The same shapes under the light of another scene."""
-        self.scene, self.started, self.counts, self.history = scene, time.perf_counter(), Counter(), []
+        self.scene, self.started, self.counts = scene, time.perf_counter(), Counter()
         self.nodes = self.nodes.of(scene)
         self.facets = self.nodes.facets
         self._take_sources(relit(self.sources, scene))
-        self.looked = None  # of the old light
         before = np.linalg.norm(self.direct, axis=1)
         self.link()
         self.spread = self.spread * np.linalg.norm(self.direct, axis=1) / np.maximum(before, 1e-300)
-
-    # -- refinement ----------------------------------------------------------------------------------------------
-
-    def improve(self):
-        """Work on the largest part of the error; False where nothing is left to do; yields."""
-        excess, did = self.excess(), False
-        if excess["rays"] > 1 and self.read < MOST_RAYS:
-            more = self.read * excess["rays"] ** (1 / POWER)
-            more = STEP * np.ceil(np.clip(more, 1.5 * self.read, MOST_MORE[0] * self.read) / STEP)
-            self.read = int(min(more, MOST_RAYS))
-            did = True
-        if excess["shadows"] > 1 and self.told > LEAST_TOLD:
-            self.told *= max(0.7 / excess["shadows"], 0.1)
-            self.looked, did = None, True
-        if excess["nodes"] > 1:
-            did |= yield from self.trace_finer(excess["nodes"])
-        if excess["sent"] > 1:
-            did |= yield from self.refine(excess["sent"])
-        return did
-
-    def excess(self):
-        """{part: how many times larger it is than its share of what the target allows}; of cells, which are slow to
-        become finer, than what the others leave once they are no larger than their shares, where that is more."""
-        allowed = REACHED * self.target / SAFETY
-        shares = {k: share * allowed for k, share in SHARES.items()}
-        others = sum(min(v, shares.get(k, allowed)) ** 2 for k, v in self.parts.items() if k != "sent")
-        shares["sent"] = max(shares["sent"], np.sqrt(max(allowed**2 - others, 0.0)))
-        return {k: self.parts[k] / share for k, share in shares.items()}
-
-    def trace_finer(self, excess):
-        """More directions at the nodes, whose error is so many times too large, where memory has room; yields."""
-        more = max(min(excess, MOST_MORE[1]) ** (1 / POWER), MORE)
-        count = int(np.ceil(len(self.traced.directions) * more))
-        count += count % 2
-        if Traced.bytes_for(len(self.nodes), count) > RAY_MEMORY:
-            return False
-        self.traced = Traced(len(self.nodes), directions(count))
-        yield from self.trace(np.arange(len(self.nodes)))
-        yield from in_thread(self.link)
-        return True
-
-    def refine(self, excess):
-        """Halve the cells that hold most of the error of what is sent; yields."""
-        cells, meshes = self.surplus
-        square = np.concatenate([cells.ravel(), meshes])
-        # a cell becomes two, each part of a mesh four
-        new = np.concatenate([np.ones(cells.size), np.maximum(3 * self.nodes.number, 1)])
-        order = np.argsort(square / new)
-        kept = np.cumsum(square[order]) / max(square.sum(), 1e-300)
-        marked = np.zeros(len(square), bool)
-        marked[order[(kept + HALVED**2 * (1 - kept) > (REACHED / excess) ** 2) & (kept > KEPT_WHOLE)]] = True
-        may = np.concatenate([self.nodes.lattice.may_split().ravel(), ~self.nodes.is_finest])
-        marked &= may & (square > 0)
-        # what brings most for its memory first
-        best = order[::-1][marked[order[::-1]]]
-        room = RAY_MEMORY / Traced.bytes_for(1, len(self.traced.directions)) - len(self.nodes)
-        marked[best[np.cumsum(new[best]) > room]] = False
-        if not marked.any():
-            return False
-        cells, meshes = marked[: cells.size].reshape(cells.shape), marked[cells.size :]
-        nodes = yield from in_thread(self.nodes.refined, cells, meshes)
-        if Traced.bytes_for(len(nodes), len(self.traced.directions)) > RAY_MEMORY or len(nodes) == len(self.nodes):
-            return False
-        self.nodes = nodes
-        yield from self.extend(nodes.old)
-        return True
-
-
-def check_points(scene, reflects, count):
-    """Random points, of a fixed seed: surface (k,), points (k, 3) m and weights (k,) m^2 of an unbiased mean; half by
-    area and half evenly over the surfaces that reflect."""
-    rng = np.random.default_rng(20)
-    some = np.flatnonzero(reflects)
-    if not len(some):
-        return np.zeros(0, int), np.zeros((0, 3)), np.zeros(0)
-    area = scene.areas[some]
-    share = area / area.sum() / 2 + 1 / (2 * len(some))
-    edges = np.cumsum(share)
-    pick = np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count * edges[-1])
-    pick = np.minimum(pick, len(some) - 1)
-    surface = some[pick]
-    return surface, spread_points(scene, surface, rng), area[pick] / (share[pick] * count)
 
 
 def _carried(values, old):

@@ -13,8 +13,10 @@ from ..read_off import ReadOff, oriented
 from ..signs_of_life import finish, in_thread, mapped
 from .beside import read_places
 from .bundles import Receivers
+from .check import Check
 from .engine import RayState
 from .kept import KeptRays, check_light
+from .refinement import improve
 from .where import nodes_near
 
 ROUNDS = 12  # refinements at most
@@ -26,13 +28,14 @@ READ_AT_ONCE = 1 << 16  # points: their rays go together
 class RaySolution(ReadOff):
     """Radiance everywhere on the scene's surfaces, as pdm_core.Solution; by rays."""
 
-    def __init__(self, state, plan):
-        self._state = copy.copy(state)  # arrays are replaced as the state grows on, never written into
+    def __init__(self, check, plan, history=()):
+        state = copy.copy(check.state)  # arrays are replaced as it grows on, never written into
+        self._check, self._state = copy.copy(check), state
+        self._check.state = state
         self.scene, self.plan, self.counts = state.scene, plan, dict(state.counts)
-        self.error, self.error_parts = state.error, dict(state.parts)
-        self.surface_errors, self.surface_norms = state.surface_errors, state.surface_norms
-        self.norm, self.nodes = state.norm, len(state.nodes)
-        self.seconds, self.history, self.warnings = state.elapsed(), list(state.history), []
+        self.error, self.error_parts, self.surface_errors = check.error, dict(check.parts), check.surface_errors
+        self.norm, self.surface_norms, self.nodes = state.norm, state.surface_norms, len(state.nodes)
+        self.seconds, self.history, self.warnings = state.elapsed(), list(history), []
 
     def incident_steps(self, surface, points, normals=None, inward=None, roughly=False):
         """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
@@ -61,7 +64,7 @@ class RaySolution(ReadOff):
         """(n,) at points (n, 3) m of surfaces (n,), see estimated_error: generator of the fraction done."""
         nodes, surfaces = self._state.nodes, len(self.scene)
         node = yield from nodes_near(nodes, surface, points)
-        error = self._state.node_error + 1e-300
+        error = self._check.node_error + 1e-300
         total, square = (
             np.bincount(nodes.surface, nodes.weight * e, surfaces) for e in (np.ones(len(error)), error**2)
         )
@@ -81,7 +84,7 @@ class RaySolution(ReadOff):
     def relight(self, scene):
         """The same shapes and sides with other reflectance, emission, lights' colours or background -> RaySolution,
         without visibility."""
-        return _relit(self._state, self.plan, scene)
+        return _relit(self._check, self.plan, scene)
 
     def kept_steps(self, surface, points, normals=None, inward=None):
         """Kept of points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
@@ -98,26 +101,24 @@ class RayApproach:
 
     def __init__(self, scene, target_error, reason=""):
         self.state, self.target = RayState(scene, target_error), target_error
-        self.plan, self.best = plan_by_rays(scene, target_error, reason), None
+        self.check, self.plan = Check(self.state), plan_by_rays(scene, target_error, reason)
+        self.best, self.history = None, []
 
     def steps(self):
         """Generator with a sign of life a bundle."""
-        state = self.state
+        state, check, poor = self.state, self.check, 0
         yield from state.extend(np.full(len(state.nodes), -1))
-        poor = 0
         for turn in range(ROUNDS):
             yield from state.solve()
-            if not state.norm > 0:
-                state.nothing()
-            else:
-                yield from state.check()
-            gained = 1.0 if self.best is None else 1 - state.error / max(self.best.error, 1e-300)
+            yield from check.measure()
+            self.history.append((state.elapsed(), check.error))
+            gained = 1.0 if self.best is None else 1 - check.error / max(self.best.error, 1e-300)
             poor = poor + 1 if gained < LEAST_GAIN else 0
-            if self.best is None or state.error <= self.best.error:
-                self.best = RaySolution(state, self.plan)
-            if state.error <= self.target or turn == ROUNDS - 1 or poor == POOR:
+            if self.best is None or check.error <= self.best.error:
+                self.best = RaySolution(check, self.plan)
+            if check.error <= self.target or turn == ROUNDS - 1 or poor == POOR:
                 return
-            if not (yield from state.improve()):
+            if not (yield from improve(check)):
                 return
 
 
@@ -128,13 +129,13 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
     approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun))
     state, stopped = approach.state, False
     for _ in approach.steps():
-        yield state.error, state.elapsed()
+        yield approach.check.error, state.elapsed()
         has_solution = approach.best is not None
         stopped = is_over(time_limit, state.elapsed(), has_solution) or (has_solution and bool(enough()))
         if stopped:
             break
     solution = approach.best
-    solution.seconds, solution.history = state.elapsed(), list(state.history)
+    solution.seconds, solution.history = state.elapsed(), list(approach.history)
     if idle := solution._state.idle:  # not of nodes that are being added
         named = ", ".join(map(repr, idle[:NAMED])) + (f" and {len(idle) - NAMED} more" if len(idle) > NAMED else "")
         solution.warnings.append(
@@ -153,7 +154,8 @@ def same_light(a, b):
     return type(a) is type(b) and all(np.array_equal(getattr(a, k), getattr(b, k)) for k in described)
 
 
-def _relit(old, plan, scene):
+def _relit(check, plan, scene):
+    old = check.state
     check_light(old.scene, old.reflects, scene)
     if not all(same_light(a, b) for a, b in zip(scene.lights, old.scene.lights)):
         raise SceneError("relight changes the colours of lights alone; where one is moved or resized, solve again")
@@ -162,8 +164,6 @@ def _relit(old, plan, scene):
     state = copy.copy(old)
     state.take_light(scene)
     finish(state.solve())
-    if state.norm > 0:
-        finish(state.check())
-    else:
-        state.nothing()
-    return RaySolution(state, plan)
+    check = check.under(state)
+    finish(check.measure())
+    return RaySolution(check, plan, [(state.elapsed(), check.error)])

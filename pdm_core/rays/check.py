@@ -1,0 +1,146 @@
+"""How far a solution by rays is off, part by part: of rays and shadows where colours are read, as random points tell,
+of the rays and the cells of the nodes, as they reach others, and of the solver."""
+
+import copy
+
+import numpy as np
+
+from ..read_off import materials_at, spread_points
+from ..signs_of_life import in_thread
+from .amplified import passed_on
+from .placed import Placed
+from .rows import Gathered, Traced, directions, sky_alone, sky_missed
+
+HALF = 0.62  # error of all rays, of what half of them differ from all: every second one is spread less evenly
+SAFETY = 1.7  # of what halves and surpluses tell to what is stated
+CHECKED = 256  # points where the error is found
+SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
+CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
+DIM = 0.05  # of the mean light: what is darker need not be right to its own
+DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
+USUAL = 4.0  # nodes whose weight the usual error of a surface has beside its own
+CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
+
+
+class Check:
+    """Of a RayState: error, stated; parts {name: of the light}; surface_errors (n surfaces,), each one's of its own
+    light; node_error (n,): of what each node reflects; surplus: see Nodes.surplus, as squares of each surface's own."""
+
+    def __init__(self, state):
+        self.state, self.error, self.parts = state, float("inf"), {}
+        self.looked = self.looked_rays = None
+
+    def under(self, state):
+        """The check of the same nodes and rays under other light."""
+        new = copy.copy(self)
+        new.state, new.looked = state, None
+        return new
+
+    def measure(self):
+        """Finds the error and its parts; yields."""
+        state = self.state
+        if not state.norm > 0:
+            self._no_light()
+            return
+        yield from self._look()
+        nodes, scene = state.nodes, state.scene
+        weight, rho, off, sky = self.looked
+        rows = yield from in_thread(Gathered, self.looked_rays, nodes, scene)
+        unsure = HALF * rows.unsure(state.sent)
+        if sky is not None:
+            unsure = np.hypot(unsure, sky_missed(scene, sky, self.looked_rays))
+        there = self.places.surface
+        rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
+        shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
+        own = HALF * state.rows.unsure(state.sent)
+        self.node_error = np.linalg.norm(nodes.reflectance * own, axis=1)
+        of_nodes = self._relative(nodes.surface, nodes.weight, self.node_error**2)
+        self.parts = {
+            "rays": rays,
+            "shadows": shadows,
+            "sent": self._sent(),
+            "nodes": (yield from self._nodes(own, of_nodes)),
+            "solver": float(state.left),
+        }
+        self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
+        node_shadow = nodes.reflectance.max(axis=1) * state.unsure_lit
+        of_shadows = self._relative(nodes.surface, nodes.weight, node_shadow**2)
+        scales = rays / max(of_nodes, 1e-300), shadows / of_shadows if of_shadows > 0 else 0.0
+        self.node_error = np.hypot(scales[0] * self.node_error, scales[1] * node_shadow)
+        self._each({"rays"} | ({"shadows"} if scales[1] > 0 else set()))
+
+    def _no_light(self):
+        self.error, self.parts, self.surface_errors = 0.0, {}, np.zeros(len(self.state.scene))
+        self.node_error = np.zeros(len(self.state.nodes))
+
+    def _look(self):
+        """Direct light and rays at random points, as where colours are read, anew where that gets finer; yields."""
+        state = self.state
+        if self.looked is None:
+            surface, points, weight = check_points(state.scene, state.reflects, CHECKED)
+            self.places = Placed(state.facets, surface, points)
+            off = (yield from state.lit(self.places))[1]
+            sky = None if state.scene.sky is None else sky_alone(state.scene, self.places.normals)
+            self.looked = weight, materials_at(state.scene, surface, points)[0], off, sky
+        if self.looked_rays is None or len(self.looked_rays.directions) != state.read:
+            self.looked_rays, places = Traced(len(self.places), directions(state.read)), self.places
+            yield from self.looked_rays.trace(state.facets, lambda rows, _: places.take(rows), np.arange(len(places)))
+
+    def _nodes(self, own, even):
+        """What the errors own (n, 3) of the nodes' rays cost once they are passed on, even: in the mean; yields."""
+        state, nodes = self.state, self.state.nodes
+        passing = in_thread(passed_on, state.rows.times, nodes.reflectance, own, state.amplified)
+        passed = nodes.reflectance * (yield from passing)
+        dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
+        whole = self._relative(nodes.surface, nodes.weight, (passed**2).sum(axis=1), DIM_WITHIN)
+        return whole + CORRELATED * dim * even
+
+    def _sent(self):
+        """What finer cells would show of the light that is sent on, as it reaches others; keeps what each cell and mesh
+        makes of it."""
+        state, scene, nodes = self.state, self.state.scene, self.state.nodes
+        cells, meshes = state.surplus
+        own = nodes.surface[: len(cells)]
+        cells = nodes.weight[: len(cells), None] * cells**2
+        square = np.bincount(own, cells.sum(axis=1), len(scene)) + meshes**2
+        some, scale = np.flatnonzero(state.reflects), np.sqrt(np.maximum(state.own_square(DIM), 1e-300))
+        self.surplus = cells / scale[own, None], meshes**2 / scale
+        whole = self._relative(some, scene.areas[some], square[some] / scene.areas[some])
+        return SOURCE * max(1.0, CANCEL * state.gain) * whole
+
+    def _relative(self, surface, weight, square, dim=DIM):
+        """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,
+        where that is more, of each surface's own: what lies in the dark is to be right too, as a room is whose outer
+        walls stand in the sun, but a dark place that all but no light comes to is not to rule all."""
+        whole = np.sqrt((weight * square).sum()) / max(self.state.norm, 1e-300)
+        each = square / np.maximum(self.state.own_square(dim)[surface], 1e-300)
+        return float(max(whole, np.sqrt((weight * each).sum() / max(weight.sum(), 1e-300))))
+
+    def _each(self, told):
+        """surface_errors (n surfaces,): of each one's own light, what its nodes are off by, and its part of all that
+        they have not told."""
+        nodes, count, norms = self.state.nodes, len(self.state.scene), self.state.surface_norms
+        own = np.sqrt(np.bincount(nodes.surface, nodes.weight * self.node_error**2, count))
+        rest = np.sqrt(sum(v * v for k, v in self.parts.items() if k not in told))
+        known = norms > 0
+        relative = np.divide(own, norms, out=np.zeros(count), where=known)
+        # a few nodes tell little of their own error: the usual one counts as so many more
+        usual = np.median(relative[known]) if known.any() else 0.0
+        relative = np.sqrt((nodes.number * relative**2 + USUAL * usual**2) / (nodes.number + USUAL))
+        self.surface_errors = SAFETY * np.where(known, np.hypot(relative, rest), 0.0)
+
+
+def check_points(scene, reflects, count):
+    """Random points, of a fixed seed: surface (k,), points (k, 3) m and weights (k,) m^2 of an unbiased mean; half by
+    area and half evenly over the surfaces that reflect."""
+    rng = np.random.default_rng(20)
+    some = np.flatnonzero(reflects)
+    if not len(some):
+        return np.zeros(0, int), np.zeros((0, 3)), np.zeros(0)
+    area = scene.areas[some]
+    share = area / area.sum() / 2 + 1 / (2 * len(some))
+    edges = np.cumsum(share)
+    pick = np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count * edges[-1])
+    pick = np.minimum(pick, len(some) - 1)
+    surface = some[pick]
+    return surface, spread_points(scene, surface, rng), area[pick] / (share[pick] * count)
