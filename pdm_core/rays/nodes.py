@@ -2,7 +2,7 @@
 
 The light of a cell is its mean over what is seen of it: each direction starts at another place of it, so that what is
 sent on is right in sum wherever shadows end, and nothing hangs on single points in corners. Between the cells' middles
-it is bilinear; on the faces of a mesh linear.
+it is bilinear.
 """
 
 import copy
@@ -16,19 +16,14 @@ from ..shapes.shape import square_lattice
 from ..shapes.sphere import Sphere
 from .bundles import ball_place
 from .lattice import NEXT, Lattice
+from .merged import PLACES, Merged
 from .placed import Placed
-from .split import Split, find
 
 FIRST = 64  # cells along an axis to begin with at most
 USUAL = 3000  # cells to begin with, where there are fewer shapes
 BALL = 4, 2  # cells about the axis of a ball and along it, at least
-PLACES = 16  # of a cell from which rays start in turn
 LIT = 8  # of them where direct light is worked out
 TRIED = 64  # places of a cell on a polygon's border, of which those inside are used
-BENT = 0.2  # of how far values vary over a face between its own vertices: how far linear ones are off
-FINEST = 256  # parts of a mesh along its length, into which its faces are cut at most
-WHOLE = 0.95  # of a mesh's vertices, with their normals: when so many are on their own it is no use to part the others
-SIDES = 6  # of the directions in which their normals are told apart
 
 
 class Nodes:
@@ -48,10 +43,9 @@ class Nodes:
         self.extent = np.array([_extent(shape) for shape in shapes])
         area = scene.areas[sends].sum() or 1.0
         self.size = np.sqrt(area / USUAL)  # m, of a cell, and of those in which a mesh's vertices are merged
-        self.merged = np.full(len(scene), self.size)
-        self.least = 2 * np.array([s.shape.bounds[1] for s in scene.surfaces]) / FINEST
+        self.meshes = Merged(facets, np.flatnonzero(self.is_mesh & sends), self.size)
         lattice = Lattice.even(self._first_cells(), self.is_ball)
-        self._lay_out(lattice, np.full(len(lattice), -1), np.ones(len(scene), bool), None)
+        self._lay_out(lattice, np.full(len(lattice), -1), None)
 
     def __len__(self):
         return len(self.surface)
@@ -71,15 +65,13 @@ class Nodes:
         cells[self.is_mesh | ~self.sends] = 0
         return cells
 
-    def _lay_out(self, lattice, known, anew, before):
-        """The nodes of a lattice's cells, known (k,) which of those before each was, -1 of new ones, and of meshes, of
-        which anew (n surfaces,) bool are merged anew."""
-        parts = [self._of_cells(lattice, known, before)]
-        self._merge(anew, before)
+    def _lay_out(self, lattice, known, before):
+        """The nodes of a lattice's cells, known (k,) which of those before each was, -1 of new ones, and of meshes."""
+        parts, meshes = [self._of_cells(lattice, known, before)], self.meshes
         self.first, begin = np.zeros(len(self.sends), int), len(self.lattice)
-        for k in np.flatnonzero(self.mesh_number > 0):
-            self.first[k], begin = begin, begin + self.mesh_number[k]
-            parts.append(self._on_mesh(k) if anew[k] else _as_before(k, before))
+        for k in meshes.which:
+            self.first[k], begin = begin, begin + meshes.number[k]
+            parts.append(meshes.nodes(k) if meshes.anew[k] else _as_before(k, before))
         self.surface, self.old, self.share, points, normals, triangle = (np.concatenate(a) for a in zip(*parts))
         self.number = np.bincount(self.surface, minlength=len(self.sends))
         new, count = self.old < 0, 0 if before is None else len(before)
@@ -140,54 +132,6 @@ class Nodes:
         linear[flat] = np.array([shapes[k].linear for k in np.flatnonzero(flat)]).reshape(-1, 3, 3)
         origin[flat] = np.array([shapes[k].origin for k in np.flatnonzero(flat)]).reshape(-1, 3)
         return origin[own][:, None] + np.einsum("nij,nkj->nki", linear[own], local)
-
-    def _merge(self, anew, before):
-        """Of the shapes of meshes: split {shape: Split}, group {shape: (T, 3)}, which of its surface's nodes the
-        corners of its parts are, distinct {shape: number}, how many of them are different; of all in turn corner (sum
-        of T, 3), and of facets parts, first_part (m facets,): see split.find."""
-        scene, facets = self.facets.scene, self.facets
-        kept = ("split", "group", "distinct")
-        self.split, self.group, self.distinct = (dict(getattr(before, name)) if before else {} for name in kept)
-        of_shape = {scene.shape_of[k]: k for k in np.flatnonzero(self.is_mesh & self.sends)}
-        for key, k in of_shape.items():
-            if anew[k]:
-                shape = scene.surfaces[k].shape
-                self.split[key] = Split(shape, self.merged[k])
-                self.group[key], self.distinct[key] = merged_corners(shape, self.split[key], self.merged[k])
-        self.mesh_number, self.unmerged = np.zeros(len(scene), int), np.zeros(len(scene))
-        for k in np.flatnonzero(self.is_mesh & self.sends):
-            key = scene.shape_of[k]
-            self.mesh_number[k] = self.group[key].max() + 1
-            self.unmerged[k] = self.mesh_number[k] / self.distinct[key]
-        self.parts, self.first_part = np.ones(facets.count, int), np.zeros(facets.count, int)
-        begin = 0
-        for key, split in self.split.items():
-            mine = slice(facets.first[key], facets.first[key] + len(split.parts))
-            self.parts[mine], self.first_part[mine] = split.parts, begin + split.first
-            begin += len(split)
-        self.corner = np.concatenate([np.zeros((0, 3), np.int32), *self.group.values()])
-
-    def _on_mesh(self, k):
-        """As _of_cells, of the groups of a mesh's corners; share m^2. Each corner stands for a third of its triangle,
-        at the middle of that third."""
-        scene = self.facets.scene
-        split, group = self.split[scene.shape_of[k]], self.group[scene.shape_of[k]].ravel()
-        area = np.repeat(split.areas / 3, 3)
-        corners = split.points
-        points = (corners / 2 + corners.mean(axis=1, keepdims=True) / 2).reshape(-1, 3)
-        weight = np.bincount(group, area)
-        # of each group places by equal parts of its area
-        order = np.argsort(group, kind="stable")
-        begin = np.searchsorted(group[order], np.arange(len(weight)))
-        cumulated = np.cumsum(area[order])
-        before = np.concatenate([[0.0], cumulated])[begin]
-        want = before[:, None] + (np.arange(PLACES) + 0.5) / PLACES * weight[:, None]
-        last = np.append(begin[1:], len(order)) - 1
-        pick = np.clip(np.searchsorted(cumulated, want), begin[:, None], last[:, None])
-        pick = order[pick[:, np.argsort(square_lattice(PLACES)[:, 0])]]  # in an order that the first few are spread
-        normals = scene.surfaces[k].sign * split.normals.reshape(-1, 3)
-        new = np.full(len(weight), k), np.full(len(weight), -1), weight
-        return *new, points[pick], normals[pick], split.triangle[pick // 3]
 
     def uncover(self, new, hidden):
         """Leaves out places, hidden (k, PLACES) bool of the nodes new (k,), that nothing comes to: others of the same
@@ -254,9 +198,8 @@ class Nodes:
 
     def on_meshes(self, own, facet, at):
         """Nodes and weights (h, 3) of surfaces (h,) at places (h, 2) of their facets (h,)."""
-        part, at = find(self.parts.take(facet), self.first_part.take(facet), at)
-        s, t = at.T
-        return self.first[own][:, None] + self.corner.take(part, axis=0), np.stack([1 - s - t, s, t], axis=1)
+        group, weight = self.meshes.corners(facet, at)
+        return self.first[own][:, None] + group, weight
 
     def _chart_at(self, facet, at):
         """Chart positions (h, 2) of hits; a facet's own (s, t) are on it."""
@@ -271,25 +214,10 @@ class Nodes:
         wide along each axis may be off (k cells, 2), and those of finer groups of meshes, in L2 (n surfaces,): m times
         the value's unit."""
         meshes = np.zeros(len(self.number))
-        for k in np.flatnonzero(self.is_mesh & (self.number > 0)):
-            meshes[k] = NEXT * self._mesh_surplus(k, value)
+        for k in self.meshes.which:
+            meshes[k] = NEXT * self.meshes.surplus(k, value[self.first[k] :])
         cells = len(self.lattice)
         return self.lattice.surplus(value[:cells], uneven[:cells]), meshes
-
-    def _mesh_surplus(self, k, value):
-        """How far values vary over the faces of a mesh, in L2."""
-        scene = self.facets.scene
-        key = scene.shape_of[k]
-        v = value[self.first[k] + self.group[key]]
-        spread = ((v - v.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1)
-        # between merged vertices it may jump so far; between the mesh's own it bends a little
-        jumps = np.clip(2 * (1 - self.unmerged[k]), BENT, 1.0)
-        return float(jumps * np.sqrt((spread * self.split[key].areas).sum()))
-
-    @property
-    def is_finest(self):
-        """(n surfaces,) of meshes: whether all but all vertices stand for themselves and faces are cut finely."""
-        return (self.unmerged > WHOLE) & (self.merged <= self.least)
 
     def refined(self, cells, meshes):
         """cells (k, 2) bool: which are halved along which axis; meshes (n surfaces,) bool: which are merged less ->
@@ -297,10 +225,8 @@ class Nodes:
         new = copy.copy(self)
         for name in ("weight", "reflectance"):
             new.__dict__.pop(name, None)
-        shape_of = self.facets.scene.shape_of
-        meshes = np.bincount(shape_of, meshes)[shape_of] > 0  # both sides of a mesh have the same groups
-        new.merged = np.where(meshes, self.merged / 2, self.merged)
-        new._lay_out(*self.lattice.split(cells), meshes, self)
+        new.meshes = self.meshes.finer(meshes)
+        new._lay_out(*self.lattice.split(cells), self)
         return new
 
 
@@ -330,27 +256,3 @@ def _inside(polygon, corner, step, size, at):
         middles = polygon.local(polygon.triangles.mean(axis=1))[:, :2]
         count[0], chosen[0] = 1, middles[np.arange(PLACES) % len(middles)]
     return count / TRIED, np.where((count == TRIED)[:, None, None], at, chosen)
-
-
-def merged_corners(mesh, split, size):
-    """(T, 3) group of each corner of the parts of a mesh's triangles, and how many corners are different. Those of
-    triangles that are not cut are one where they are in one cell of that size, m, and their normals look much the same
-    way."""
-    whole = np.repeat(~split.is_cut[split.triangle], 3)
-    points = split.points.reshape(-1, 3)
-    cell = np.floor((points - points.min(axis=0)) / max(size, 1e-300)).astype(np.int64)
-    cell = np.minimum(cell, 1 << 15)
-    side = _side(split.normals.reshape(-1, 3))
-    key = (((cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]) * SIDES + side).astype(np.uint64)
-    vertex = mesh.triangles[split.triangle[whole.reshape(-1, 3)[:, 0]]].ravel()
-    distinct = len(np.unique(vertex * SIDES + side[whole]))
-    if not whole.all():
-        key[~whole] = split.names(mesh.bounds[1])[~whole]
-        distinct += len(np.unique(key[~whole]))
-    return np.unique(key, return_inverse=True)[1].reshape(-1, 3).astype(np.int32), distinct
-
-
-def _side(normals):
-    """(c,) which of SIDES normals (c, 3) look to."""
-    axis = np.argmax(np.abs(normals), axis=1)
-    return axis * 2 + (normals[np.arange(len(normals)), axis] > 0)

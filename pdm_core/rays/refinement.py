@@ -82,7 +82,7 @@ def _worst(check, excess):
     kept = np.cumsum(square[order]) / max(square.sum(), 1e-300)
     marked = np.zeros(len(square), bool)
     marked[order[(kept + HALVED**2 * (1 - kept) > (REACHED / excess) ** 2) & (kept > KEPT_WHOLE)]] = True
-    may = np.concatenate([nodes.lattice.may_split().ravel(), ~nodes.is_finest])
+    may = np.concatenate([nodes.lattice.may_split().ravel(), ~nodes.meshes.is_finest])
     marked &= may & (square > 0)
     # what brings most for its memory first
     best = order[::-1][marked[order[::-1]]]

@@ -1,0 +1,127 @@
+"""Vertices of meshes at which light is kept: merged where faces are finer than the light, cut where they are larger.
+
+On the faces between them light is linear.
+"""
+
+import copy
+
+import numpy as np
+
+from ..shapes.shape import square_lattice
+from .split import Split, find
+
+PLACES = 16  # of a node from which rays start in turn
+BENT = 0.2  # of how far values vary over a face between its own vertices: how far linear ones are off
+FINEST = 256  # parts of a mesh along its length, into which its faces are cut at most
+WHOLE = 0.95  # of a mesh's vertices, with their normals: when so many are on their own it is no use to part the others
+SIDES = 6  # of the directions in which their normals are told apart
+
+
+class Merged:
+    """Of the surfaces `which` of meshes: number (n surfaces,) of each one's groups of vertices; anew (n surfaces,)
+    bool: whether they are others than in what this was made from; size (n surfaces,) m of the cells in which vertices
+    become one group, both sides of a mesh alike."""
+
+    def __init__(self, facets, which, size):
+        self.facets, self.which, scene = facets, which, facets.scene
+        self.size, self.anew = np.full(len(scene), size), np.ones(len(scene), bool)
+        self.least = 2 * np.array([s.shape.bounds[1] for s in scene.surfaces]) / FINEST
+        self.split, self.group, self.distinct = {}, {}, {}
+        self._merge()
+
+    def finer(self, marked):
+        """marked (n surfaces,) bool: which are merged less -> Merged."""
+        new, shape_of = copy.copy(self), self.facets.scene.shape_of
+        new.anew = np.bincount(shape_of, marked)[shape_of] > 0
+        new.size = np.where(new.anew, self.size / 2, self.size)
+        new.split, new.group, new.distinct = dict(self.split), dict(self.group), dict(self.distinct)
+        new._merge()
+        return new
+
+    def _merge(self):
+        """Of the shapes: split {shape: Split}, group {shape: (T, 3)}, the corners of its parts, distinct {shape:
+        number}, how many of them are different; of all in turn corner (sum of T, 3), and of facets parts, first_part
+        (m facets,): see split.find."""
+        scene, facets = self.facets.scene, self.facets
+        for key, k in {scene.shape_of[k]: k for k in self.which if self.anew[k]}.items():
+            shape = scene.surfaces[k].shape
+            self.split[key] = Split(shape, self.size[k])
+            self.group[key], self.distinct[key] = merged_corners(shape, self.split[key], self.size[k])
+        self.number, self.unmerged = np.zeros(len(scene), int), np.zeros(len(scene))
+        for k in self.which:
+            key = scene.shape_of[k]
+            self.number[k] = self.group[key].max() + 1
+            self.unmerged[k] = self.number[k] / self.distinct[key]
+        self.parts, self.first_part = np.ones(facets.count, int), np.zeros(facets.count, int)
+        begin = 0
+        for key, split in self.split.items():
+            mine = slice(facets.first[key], facets.first[key] + len(split.parts))
+            self.parts[mine], self.first_part[mine] = split.parts, begin + split.first
+            begin += len(split)
+        self.corner = np.concatenate([np.zeros((0, 3), np.int32), *self.group.values()])
+
+    def nodes(self, k):
+        """Of the groups of a surface: it (n,), -1 (n,), the area of each (n,) m^2, points and normals (n, PLACES, 3)
+        and their triangles (n, PLACES). Each corner stands for a third of its triangle, at the middle of that third."""
+        scene = self.facets.scene
+        split, group = self.split[scene.shape_of[k]], self.group[scene.shape_of[k]].ravel()
+        area = np.repeat(split.areas / 3, 3)
+        corners = split.points
+        points = (corners / 2 + corners.mean(axis=1, keepdims=True) / 2).reshape(-1, 3)
+        weight = np.bincount(group, area)
+        # of each group places by equal parts of its area
+        order = np.argsort(group, kind="stable")
+        begin = np.searchsorted(group[order], np.arange(len(weight)))
+        cumulated = np.cumsum(area[order])
+        before = np.concatenate([[0.0], cumulated])[begin]
+        want = before[:, None] + (np.arange(PLACES) + 0.5) / PLACES * weight[:, None]
+        last = np.append(begin[1:], len(order)) - 1
+        pick = np.clip(np.searchsorted(cumulated, want), begin[:, None], last[:, None])
+        pick = order[pick[:, np.argsort(square_lattice(PLACES)[:, 0])]]  # in an order that the first few are spread
+        normals = scene.surfaces[k].sign * split.normals.reshape(-1, 3)
+        new = np.full(len(weight), k), np.full(len(weight), -1), weight
+        return *new, points[pick], normals[pick], split.triangle[pick // 3]
+
+    def corners(self, facet, at):
+        """Groups and weights (h, 3) that interpolate at places (h, 2) of facets (h,)."""
+        part, at = find(self.parts.take(facet), self.first_part.take(facet), at)
+        s, t = at.T
+        return self.corner.take(part, axis=0), np.stack([1 - s - t, s, t], axis=1)
+
+    def surplus(self, k, value):
+        """How far values (n, c) of a surface's groups vary over its faces, in L2."""
+        key = self.facets.scene.shape_of[k]
+        v = value[self.group[key]]
+        spread = ((v - v.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1)
+        # between merged vertices it may jump so far; between the mesh's own it bends a little
+        jumps = np.clip(2 * (1 - self.unmerged[k]), BENT, 1.0)
+        return float(jumps * np.sqrt((spread * self.split[key].areas).sum()))
+
+    @property
+    def is_finest(self):
+        """(n surfaces,) Whether all but all vertices stand for themselves and faces are cut finely."""
+        return (self.unmerged > WHOLE) & (self.size <= self.least)
+
+
+def merged_corners(mesh, split, size):
+    """(T, 3) group of each corner of the parts of a mesh's triangles, and how many corners are different. Those of
+    triangles that are not cut are one where they are in one cell of that size, m, and their normals look much the same
+    way."""
+    whole = np.repeat(~split.is_cut[split.triangle], 3)
+    points = split.points.reshape(-1, 3)
+    cell = np.floor((points - points.min(axis=0)) / max(size, 1e-300)).astype(np.int64)
+    cell = np.minimum(cell, 1 << 15)
+    side = _side(split.normals.reshape(-1, 3))
+    key = (((cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]) * SIDES + side).astype(np.uint64)
+    vertex = mesh.triangles[split.triangle[whole.reshape(-1, 3)[:, 0]]].ravel()
+    distinct = len(np.unique(vertex * SIDES + side[whole]))
+    if not whole.all():
+        key[~whole] = split.names(mesh.bounds[1])[~whole]
+        distinct += len(np.unique(key[~whole]))
+    return np.unique(key, return_inverse=True)[1].reshape(-1, 3).astype(np.int32), distinct
+
+
+def _side(normals):
+    """(c,) which of SIDES normals (c, 3) look to."""
+    axis = np.argmax(np.abs(normals), axis=1)
+    return axis * 2 + (normals[np.arange(len(normals)), axis] > 0)
