@@ -1,24 +1,18 @@
 """Bundles: rays of all receivers along one direction are parallel, so that the scene is projected along it once.
 
-The shapes' boxes go into a grid in the plane, whose lines are quantiles of the receivers, and each receiver tests the
-shapes over its own cell. Towards a point of a lamp the same projection is perspective. No tree, no traversal.
+The shapes' boxes go into a grid in the plane, and each receiver tests the shapes over its own cell. Towards a point of
+a lamp the same projection is perspective.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..closed_forms import cross
 from ..shapes.shape import PARALLEL
+from .grid import pairs_of, side_by_side
+from .quadrics import Quadrics
 
-PER_CELL = 2.0  # receivers
-CELLS = 250  # along each axis at most: their product, planes side by side, fits the sixteen bits that are sorted fast
-TABLE = 64, 16, 4096  # entries of the table that finds shapes' cells: at least, for each line, at most
-SAMPLED = 4096  # receivers whose places tell the quantiles
-CANDIDATES = 1 << 15  # pairs tested at once
 EDGE = 1e-9  # of a facet: how far beside it a ray still meets it, lest one slip between two
-FAR = 1e-9  # part of its distance that a lamp's point is nearer than
-OUTSIDE = 1e-9  # of a ball: what is further out than this is not within it
 TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
 NOTHING, CONTACT = -1, -2  # instead of a facet
 
@@ -60,7 +54,8 @@ def along(facets, directions, receivers):
     normal looks that way. The projections along all directions lie side by side."""
     planes = _frames(directions)
     x, y, z = _turned(planes, receivers.points)
-    ray = np.repeat(directions, len(x) // len(planes), axis=0)
+    which = np.repeat(np.arange(len(planes)), len(x) // len(planes))
+    ray = directions.take(which, axis=0)
     cosine = np.einsum("ni,ni->n", receivers.normals, ray)
     sign = np.where(cosine >= 0, 1.0, -1.0)
     affine, *boxes = _affine(facets, planes)
@@ -70,13 +65,13 @@ def along(facets, directions, receivers):
     nearest, reached, shape = np.full(n, NOTHING), np.full(n, np.inf), facets.shape
     triangle = np.tile(facets.triangle, len(planes))
     of = np.append(np.tile(np.arange(m), len(planes)), np.tile(np.arange(m, len(shape)), len(planes)))
-    for who, found in _pairs(*_side_by_side(x, y, *boxes, len(planes), flats)):
+    for who, found in pairs_of(*side_by_side(x, y, *boxes, which, len(planes), flats)):
         depth = np.full(len(who), np.inf)
         flat = np.flatnonzero(found < flats)
         r, k = who[flat], found[flat]
         inside = _within(affine, k, x.take(r), y.take(r), triangle)
         flat, r, k = flat[inside], r[inside], k[inside]
-        d = sign.take(r) * (_at(affine[2], k, x.take(r), y.take(r)) - z.take(r))
+        d = sign.take(r) * (linear(affine[2], k, x.take(r), y.take(r)) - z.take(r))
         start, k = receivers.start.take(r), of.take(k)
         met = (d > start) & (receivers.own.take(r) != shape.take(k))
         # in contact only what faces the point hides anything from it
@@ -99,24 +94,10 @@ def along(facets, directions, receivers):
     at = np.zeros((n, 2), np.float32)
     r = np.flatnonzero((facet >= 0) & (facet < m))
     for axis in range(2):
-        at[r, axis] = np.clip(_at(affine[axis], nearest[r], x.take(r), y.take(r)), 0.0, 1.0)
+        at[r, axis] = np.clip(linear(affine[axis], nearest[r], x.take(r), y.take(r)), 0.0, 1.0)
     hits = _described(facets, facet, at, reached, sign[:, None] * ray, cosine, receivers)
     hits.facet[_in_contact(facets, facet, reached * np.abs(cosine), receivers)] = CONTACT
     return hits
-
-
-def _side_by_side(x, y, low, high, count, flats):
-    """What _pairs takes of places x, y (n,) and boxes low, high (2, m) in `count` planes in turn, the boxes of the
-    first `flats` in all planes in turn before those of the others."""
-    if count == 1 or not len(x):
-        return x, y, low, high, ()
-    least, most = x.min(), x.max()
-    width = 1.5 * (most - least) or 1.0
-    begin = np.arange(count) * width
-    offset = np.concatenate([np.repeat(begin, k // count) for k in (flats, low.shape[1] - flats)])
-    low[:, (low[0] > most) | (high[0] < least)] = np.inf
-    low[0], high[0] = np.maximum(low[0], least) + offset, np.minimum(high[0], most) + offset
-    return x + np.repeat(begin, len(x) // count), y, low, high, most + width / 6 + begin[:-1]
 
 
 def _described(facets, facet, at, best, direction, cosine, receivers):
@@ -158,67 +139,6 @@ def ball_place(at):
     return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), np.cos(polar)])
 
 
-def seen_from(facets, centre, receivers, skip=-1):
-    """(n,) Whether nothing stands between receivers and a point, centre (3,) m; skip: a shape that hides nothing."""
-    out = np.ones(len(receivers), bool)
-    if not len(receivers):
-        return out
-    offset = receivers.points - centre
-    size = np.abs(offset)
-    axis = size.argmax(axis=1)
-    positive = offset[np.arange(len(offset)), axis] > 0
-    for a in range(3):
-        for sign in (1.0, -1.0):
-            some = np.flatnonzero((axis == a) & (positive == (sign > 0)))
-            if len(some):
-                plane = np.zeros((3, 3))
-                plane[0, (a + 1) % 3] = plane[1, (a + 2) % 3] = 1.0
-                plane[2, a] = sign
-                out[some] = _seen_through(facets, centre, plane, receivers.take(some), skip)
-    return out
-
-
-def _seen_through(facets, centre, plane, receivers, skip):
-    """As seen_from, of receivers before one face of a cube about the centre: plane (3, 3), its axes."""
-    a, b, c = plane @ (receivers.points - centre).T
-    x, y = a / c, b / c
-    m, shape = facets.count, facets.shape
-    before = _between(facets, centre, plane, receivers)
-    inverse, low, high = _projective(facets, centre, plane, before)
-    low[:, shape[before] == skip] = np.inf
-    ball = _ball_cones(facets, centre, plane)
-    ball[0][:, shape[m:] == skip] = np.inf
-    low, high = np.concatenate([low, ball[0]], axis=1), np.concatenate([high, ball[1]], axis=1)
-    quadrics = _Quadrics(facets.ball_inverse, centre - facets.ball_centre, np.zeros((3, 3)), plane.T, True)
-    triangle, of, count = facets.triangle[before], np.append(before, np.arange(m, len(shape))), len(before)
-    length = np.sqrt(1 + x * x + y * y)
-    # what ends before the receiver by as much as it keeps from its own surface hides it; layers are further apart
-    limit = 1 / np.maximum(c - np.maximum(receivers.start, facets.tolerance) / length, 1e-300)
-    out = np.ones(len(x), bool)
-    for who, which in _pairs(x, y, low, high):
-        flat = np.flatnonzero(which < count)
-        r, k = who[flat], which[flat]
-        xr, yr = x.take(r), y.take(r)
-        w = _at(inverse[2], k, xr, yr)
-        keep = np.flatnonzero((w > limit.take(r)) & (receivers.own.take(r) != shape.take(of.take(k))))
-        r, k, xr, yr, w = r[keep], k[keep], xr[keep], yr[keep], w[keep]
-        s, t = (_at(row, k, xr, yr) for row in inverse[:2])
-        slack = EDGE * w
-        met = (s >= -slack) & (t >= -slack) & (np.where(triangle.take(k), s + t, np.maximum(s, t)) <= w + slack)
-        out[r[met]] = False
-        round_ = np.flatnonzero(which >= count)
-        if len(round_):
-            r, k = who[round_], which[round_] - count
-            near, far = quadrics.ends(k, x.take(r), y.take(r))
-            end = 1 / limit.take(r) * (1 - FAR)
-            least = FAR * end
-            through = ((near > least) & (near < end)) | ((far > least) & (far < end))
-            own = receivers.own.take(r) == shape.take(k + m)
-            # from within a ball all that is outside is hidden by it
-            out[r[np.where(own, receivers.inside.take(r) & (quadrics.c.take(k) > OUTSIDE), through)]] = False
-    return out
-
-
 def _frames(directions):
     """Axes (k, 3, 3) of the planes across unit directions (k, 3), which come last."""
     seed = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
@@ -253,66 +173,18 @@ def _affine(facets, planes):
 
 def _within(affine, k, x, y, triangle):
     """(p,) indices of those of facets k (p,) that rays at x, y (p,) meet."""
-    s = _at(affine[0], k, x, y)
+    s = linear(affine[0], k, x, y)
     keep = np.flatnonzero((s >= -EDGE) & (s <= 1 + EDGE))
     k, s = k.take(keep), s.take(keep)
-    t = _at(affine[1], k, x.take(keep), y.take(keep))
+    t = linear(affine[1], k, x.take(keep), y.take(keep))
     most = np.where(triangle.take(k), 1 - s, 1.0)
     return keep[(t >= -EDGE) & (t <= most + EDGE)]
 
 
-def _at(row, k, x, y):
+def linear(row, k, x, y):
     """A linear function of (1, x, y) of facets k (p,): row (3, m) -> (p,)"""
     a = row.take(k, axis=1)
     return a[0] + a[1] * x + a[2] * y
-
-
-def _between(facets, centre, plane, receivers):
-    """(k,) Facets that may come between a point and the receivers, which lie before it: plane (3, 3), axes of the one
-    face of a cube about it through which they are seen."""
-    low = np.minimum(receivers.points.min(axis=0), centre)
-    high = np.maximum(receivers.points.max(axis=0), centre)
-    least, most = facets.boxes
-    axis = int(np.abs(plane[2]).argmax())
-    sign = plane[2, axis]
-    ahead = (most[axis] > centre[axis]) if sign > 0 else (least[axis] < centre[axis])
-    for k in range(3):
-        ahead &= (most[k] >= low[k]) & (least[k] <= high[k])
-    some = np.flatnonzero(ahead)
-    # within the pyramid of the face: as far aside as ahead, at most
-    far = most[axis, some] - centre[axis] if sign > 0 else centre[axis] - least[axis, some]
-    for k in ((axis + 1) % 3, (axis + 2) % 3):
-        keep = (least[k, some] - centre[k] <= far) & (centre[k] - most[k, some] <= far)
-        some, far = some[keep], far[keep]
-    return some
-
-
-def _projective(facets, centre, plane, some):
-    """Of facets `some` (k,) seen from the centre: rows (3 times (3, k)) that take (1, x, y) to s / depth, t / depth,
-    1 / depth, and boxes low, high (2, k) of what lies before it."""
-    o, u, v = (plane @ a.T for a in (facets.origin[some] - centre, facets.u[some], facets.v[some]))
-    uv, vo, ou = cross(u, v), cross(v, o), cross(o, u)
-    det = o[0] * uv[0] + o[1] * uv[1] + o[2] * uv[2]
-    size = np.sqrt((uv * uv).sum(axis=0) * (o * o).sum(axis=0))
-    seen = np.abs(det) > 1e-12 * size
-    scale = 1 / np.where(seen, det, np.inf)
-    triangle = facets.triangle[some]
-    corners = np.stack([o, o + u, o + u + np.where(triangle, 0.0, v), o + v], axis=1)
-    least = max(min(1e-9 * np.abs(corners).max(initial=0.0), facets.tolerance), 1e-300)  # layers are further apart
-    ahead = corners[2] >= least
-    flat = corners[:2] / np.maximum(corners[2], least)
-    low, high = np.where(ahead, flat, np.inf).min(axis=1), np.where(ahead, flat, -np.inf).max(axis=1)
-    cut = np.flatnonzero(~ahead.all(axis=0) & ahead.any(axis=0))
-    if len(cut):  # what reaches behind the centre ends where it is no longer before it
-        one, two = corners[:, :, cut], np.roll(corners[:, :, cut], -1, axis=1)
-        crossing = (one[2] < least) != (two[2] < least)
-        part = np.where(crossing, least - one[2], 0.0) / np.where(crossing, two[2] - one[2], 1.0)
-        edge = (one + part * (two - one))[:2] / least
-        low[:, cut] = np.minimum(low[:, cut], np.where(crossing, edge, np.inf).min(axis=1))
-        high[:, cut] = np.maximum(high[:, cut], np.where(crossing, edge, -np.inf).max(axis=1))
-    low[:, ~seen | ~ahead.any(axis=0)] = np.inf
-    order = [2, 0, 1]  # 1, x, y
-    return tuple((row * scale)[order] for row in (vo, ou, uv)), low, high
 
 
 def _ball_boxes(facets, planes):
@@ -322,78 +194,14 @@ def _ball_boxes(facets, planes):
     return middle - reach, middle + reach
 
 
-def _ball_cones(facets, centre, plane):
-    """Boxes low, high (2, b) of balls seen from the centre; all, where the box about one is not before it."""
-    middle = plane @ (facets.ball_centre - centre).T
-    reach = np.linalg.norm(np.einsum("ai,bij->abj", plane, facets.ball_linear), axis=2)
-    near = middle[2] - reach[2]
-    ahead = near > 0
-    ends = [(middle[:2] + k * reach[:2]) for k in (-1, 1)]
-    over = [end / np.where(ahead, d, 1.0) for end in ends for d in (near, middle[2] + reach[2])]
-    low, high = np.minimum.reduce(over), np.maximum.reduce(over)
-    low, high = np.where(ahead, low, -np.inf), np.where(ahead, high, np.inf)
-    low[:, middle[2] + reach[2] <= 0] = np.inf
-    return low, high
-
-
 def _quadrics_along(facets, planes):
-    """The _Quadrics of all balls along the last axes of planes (k, 3, 3), of one plane after the other."""
+    """The Quadrics of all balls along the last axes of planes (k, 3, 3), of one plane after the other."""
     count = len(planes)
     inverse, centre = np.tile(facets.ball_inverse, (count, 1, 1)), np.tile(facets.ball_centre, (count, 1))
     own = np.repeat(planes, len(facets.ball_centre), axis=0)
     fixed, step = np.moveaxis(own, 1, 2).copy(), np.zeros((len(own), 3, 3))
     step[:, :, 2], fixed[:, :, 2] = own[:, 2], 0.0
-    return _Quadrics(inverse, -centre, fixed, step, False)
-
-
-class _Quadrics:
-    """Where lines meet balls, inverse (b, 3, 3), which lie at -start (b, 3): lines of the points fixed @ (x, y, 1) +
-    t step @ (0, 0, 1), or, where the direction moves with the place, t step @ (x, y, 1); fixed, step (b, 3, 3).
-
-    Both roots t of the ball's quadratic in t are known from functions of (x, y) that are worked out once a ball.
-    """
-
-    def __init__(self, inverse, start, fixed, step, moves):
-        w, q = inverse @ step, inverse @ fixed
-        q[:, :, 2] += np.einsum("bij,bj->bi", inverse, start)
-        self.moves = moves
-        if self.moves:
-            p = q[:, :, 2]
-            self.c = np.einsum("bi,bi->b", p, p) - 1
-            self.b, a = np.einsum("bi,bij->jb", p, w), np.einsum("bij,bik->jkb", w, w)
-            self.reach = _six(self.b[:, None] * self.b[None] - self.c * a)
-        else:
-            d = w[:, :, 2]
-            self.a = np.einsum("bi,bi->b", d, d)
-            self.b, c = np.einsum("bi,bij->jb", d, q), np.einsum("bij,bik->jkb", q, q)
-            c[2, 2] -= 1
-            self.reach = _six(self.b[:, None] * self.b[None] - self.a * c)
-
-    def ends(self, k, x, y):
-        """(2, p) the roots t, the lesser first, of balls k (p,) at x, y (p,); nan where the line misses the ball."""
-        q = self.reach.take(k, axis=1)
-        reach = q[0] + x * (q[1] + x * q[3]) + y * (q[2] + x * q[4] + y * q[5])
-        out = np.full((2, len(k)), np.nan)
-        some = np.flatnonzero(reach > 0)
-        k, x, y, root = k[some], x[some], y[some], np.sqrt(reach[some])
-        b = self.b.take(k, axis=1)
-        b = b[0] * x + b[1] * y + b[2]
-        if not self.moves:
-            a = self.a.take(k)
-            out[:, some] = (-b - root) / a, (root - b) / a
-            return out
-        # t^2 a + 2 t b + c = 0 by the root that does not cancel
-        c, s = self.c.take(k), -(b + np.where(b >= 0, root, -root))
-        a = (b * b - root * root) / np.where(c == 0, 1e-300, c)
-        one, two = s / np.where(a == 0, 1e-300, a), c / np.where(s == 0, 1e-300, s)
-        out[:, some] = np.minimum(one, two), np.maximum(one, two)
-        return out
-
-
-def _six(matrix):
-    """Symmetric (3, 3, b) of (x, y, 1) -> (6, b): 1, x, y, x^2, x y, y^2"""
-    m = matrix
-    return np.stack([m[2, 2], 2 * m[0, 2], 2 * m[1, 2], m[0, 0], 2 * m[0, 1], m[1, 1]])
+    return Quadrics(inverse, -centre, fixed, step, False)
 
 
 def _first(ends, r, own, receivers):
@@ -407,65 +215,3 @@ def _first(ends, r, own, receivers):
         (near > start) & ~own, near, np.where((far > least) & ((near <= start) & ~own | inside), far, np.inf)
     )
     return np.where(np.isnan(out), np.inf, out)
-
-
-def _pairs(x, y, low, high, parted=()):
-    """Yields (receiver, shape) (p,) index arrays, sorted by cell and receiver: shapes whose boxes low, high (2, m) may
-    hold the receivers' places x, y (n,); parted: values of x that nothing goes across."""
-    n = len(x)
-    if not n:
-        return
-    planes = len(parted) + 1
-    side = int(np.clip(np.sqrt(n / PER_CELL / planes), 1, CELLS / np.sqrt(planes)))
-    lines = [_quantiles(x, side * planes), _quantiles(y, side)]
-    if len(parted):
-        lines[0] = np.sort(np.concatenate([lines[0], parted]))
-    cell = np.searchsorted(lines[0], x, "right") * side + np.searchsorted(lines[1], y, "right")
-    cell = cell.astype(np.uint16)
-    order = np.argsort(cell, kind="stable")
-    bounds = [(a.min(), a.max()) for a in (x, y)]
-    over = (high[0] >= bounds[0][0]) & (low[0] <= bounds[0][1]) & (high[1] >= bounds[1][0]) & (low[1] <= bounds[1][1])
-    shape = np.flatnonzero(over & (low <= high).all(axis=0))
-    spans = [_span(line, *bound, low[k, shape], high[k, shape]) for k, (line, bound) in enumerate(zip(lines, bounds))]
-    first = np.stack([span[0] for span in spans])
-    wide = np.stack([span[1] for span in spans]) - first + 1
-    count = wide.prod(axis=0)
-    entry = np.repeat(np.arange(len(shape)), count)
-    step = np.arange(len(entry)) - np.repeat(np.cumsum(count) - count, count)
-    column, row = np.divmod(step, wide[1].take(entry))
-    place = ((first[0].take(entry) + column) * side + first[1].take(entry) + row).astype(np.uint16)
-    sorted_ = np.argsort(place, kind="stable")
-    shape = shape.take(entry.take(sorted_))
-    number = np.bincount(place, minlength=(len(lines[0]) + 1) * side)
-    start = np.cumsum(number) - number
-    own = cell.take(order)
-    each = number.take(own)
-    ends = np.cumsum(each)
-    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1], CANDIDATES)))
-    for a, b in zip(cuts, np.append(cuts[1:], n)):
-        some = each[a:b]
-        total = int(some.sum())
-        if total:
-            who = np.repeat(order[a:b], some)
-            base = start.take(own[a:b]) - (np.cumsum(some) - some)
-            yield who, shape.take(np.arange(total) + np.repeat(base, some))
-
-
-def _span(lines, least, most, low, high):
-    """The first and the last of the cells between lines, of places from least to most, that low..high (m,) may meet: by
-    a table of evenly spaced places, not by a search for each."""
-    entries = int(np.clip(TABLE[1] * len(lines), TABLE[0], TABLE[2]))
-    edges = np.linspace(least, most, entries + 1)
-    first, last = np.searchsorted(lines, edges[:-1], "left"), np.searchsorted(lines, edges[1:], "right")
-    scale = entries / (most - least) if most > least else 0.0
-    begin, end = ((np.clip(a, least, most) - least) * scale for a in (low, high))
-    # a little aside, as the edges are rounded
-    begin = np.clip(begin - 1e-6, 0, entries - 1).astype(np.int64)
-    end = np.clip(end + 1e-6, 0, entries - 1).astype(np.int64)
-    return first.take(begin), last.take(end)
-
-
-def _quantiles(values, count):
-    """(count - 1,) lines that part the values into about equal numbers."""
-    some = np.sort(values[:: max(1, len(values) // SAMPLED)])
-    return some[(np.arange(1, count) * len(some)) // count]

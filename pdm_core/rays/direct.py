@@ -8,7 +8,9 @@ import numpy as np
 
 from ..closed_forms import kernel
 from ..shapes.shape import unit
-from .bundles import NOTHING, along, seen_from
+from .bundles import NOTHING, along
+from .grid import batches
+from .perspective import seen_from
 
 COARSE = 0.02  # target from which on few points of a source will do
 FINE = 0.004  # target down to which ROUGHLY will do
@@ -89,24 +91,18 @@ class Shares:
         tint = source.tint(place)
         n = len(receivers)
         seen, half, total_half = np.zeros((n, 3)), np.zeros((2, n)), np.zeros((2, n))
-        for j in range(len(place)):
-            if source.distant:
-                value = np.maximum(receivers.normals @ place[j], 0.0) * weight[j]
-            else:
-                at = place[j : j + 1] - self.facets.centre
-                only = None if normal is None else normal[j : j + 1]
-                value = kernel(at, only, receivers.points, receivers.normals)[:, 0] * weight[j]
-                if source.pattern is not None:
-                    value *= np.maximum(source.pattern(unit(receivers.points - at)), DIMMEST)
-            some = np.flatnonzero(value > 0)
-            if len(some):
-                visible = np.zeros(n, bool)
-                visible[some] = self._visible(source, place[j], receivers if len(some) == n else receivers.take(some))
-                self.counts["shadow rays"] += len(some)
-                got = value * visible
-                seen += got[:, None] * (1.0 if tint is None else tint[j])
-                half[j % 2] += got
-                total_half[j % 2] += value
+        for some in batches(len(place), n, self.facets):
+            value = self._values(source, place[some], None if normal is None else normal[some], receivers)
+            value *= weight[some, None]
+            point, who = np.nonzero(value)
+            got = np.zeros_like(value)
+            visible = self._visible(source, place[some], receivers if len(who) == n else receivers.take(who), point)
+            got[point, who] = value[point, who] * visible
+            self.counts["shadow rays"] += len(who)
+            seen += got.sum(axis=0)[:, None] if tint is None else got.T @ tint[some]
+            for h in range(2):
+                half[h] += got[some % 2 == h].sum(axis=0)
+                total_half[h] += value[some % 2 == h].sum(axis=0)
             yield
         plain, total = half.sum(axis=0), total_half.sum(axis=0)
         nothing = total <= 0
@@ -132,7 +128,21 @@ class Shares:
         out[some] = lacking[some]
         return out
 
-    def _visible(self, source, place, receivers):
+    def _values(self, source, place, normal, receivers):
+        """(k, n) What receivers get of places (k, 3) of a source, with normals (k, 3) or none, were all of it there."""
         if source.distant:
-            return along(self.facets, place[None], receivers).facet == NOTHING
-        return seen_from(self.facets, place - self.facets.centre, receivers, source.skip)
+            return np.maximum(place @ receivers.normals.T, 0.0)
+        at = place - self.facets.centre
+        value = kernel(at, normal, receivers.points, receivers.normals).T.copy()
+        if source.pattern is not None:
+            value *= np.maximum(source.pattern(unit(receivers.points - at[:, None])), DIMMEST)
+        return value
+
+    def _visible(self, source, place, receivers, which):
+        """(n,) Whether receivers see which (n,) of places (k, 3) of a source; sorted by them."""
+        if source.distant:
+            cuts = np.searchsorted(which, np.arange(1, len(place)))
+            parts = zip(place, np.split(np.arange(len(which)), cuts))
+            seen = [along(self.facets, one[None], receivers.take(some)).facet == NOTHING for one, some in parts]
+            return np.concatenate(seen)
+        return seen_from(self.facets, place - self.facets.centre, receivers, which, source.skip)

@@ -16,9 +16,10 @@ from .amplified import amplification
 from .covered import covered
 from .direct import AT_NODES, COARSE, FINE, READ, ROUGHLY, Shares
 from .facets import Facets
+from .grid import batches
 from .near import NearHits
 from .nodes import LIT, Nodes
-from .rows import Gathered, Traced, batches, bundle, directions
+from .rows import Gathered, Traced, bundle, directions
 from .sources import relit, sources_of
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first

@@ -6,10 +6,10 @@ import numpy as np
 
 from ..shapes.shape import lattice
 from .bundles import CONTACT, NOTHING, along
+from .grid import batches
 
 HALVES = 2  # of the directions, alternately
 MISS, DARK = -1, -2  # instead of a facet's code
-RAYS_AT_ONCE, FACETS_AT_ONCE, MOST_AT_ONCE = 8192, 16384, 16  # of bundles side by side
 FINE_SKY, AT_ONCE = 1 << 15, 32  # directions that find small bright parts of a sky; points at once
 
 
@@ -51,14 +51,6 @@ class Traced:
         for name in ("code", "at", "cosine"):
             getattr(new, name)[known] = getattr(self, name)[old[known]]
         return new
-
-
-def batches(count, receivers, facets):
-    """Indices of `count` directions in turn: of few receivers so many at once that most time is not that of setting a
-    bundle up."""
-    at_once = min(RAYS_AT_ONCE // max(receivers, 1), FACETS_AT_ONCE // max(facets.count, 1), MOST_AT_ONCE)
-    at_once = max(at_once, 1)
-    return np.split(np.arange(count), np.arange(at_once, count, at_once))
 
 
 @dataclass

@@ -1,0 +1,96 @@
+"""Which shapes may be over which places of a plane: a grid whose lines are quantiles of the places, no tree.
+
+Several planes lie side by side, so that few places in each do not leave most of the time to setting a grid up.
+"""
+
+import numpy as np
+
+PER_CELL = 2.0  # receivers
+CELLS = 250  # along each axis at most: their product, planes side by side, fits the sixteen bits that are sorted fast
+TABLE = 64, 16, 4096  # entries of the table that finds shapes' cells: at least, for each line, at most
+SAMPLED = 4096  # receivers whose places tell the quantiles
+CANDIDATES = 1 << 15  # pairs tested at once
+SIDE_BY_SIDE = 8192, 16384, 16  # places and shapes in all planes together, and planes, at most
+
+
+def batches(count, places, facets):
+    """Indices of `count` planes in turn: so many at once that few places and shapes in each do not waste time."""
+    at_once = min(SIDE_BY_SIDE[0] // max(places, 1), SIDE_BY_SIDE[1] // max(facets.count, 1), SIDE_BY_SIDE[2])
+    at_once = max(at_once, 1)
+    return np.split(np.arange(count), np.arange(at_once, count, at_once))
+
+
+def pairs_of(x, y, low, high, parted=()):
+    """Yields (receiver, shape) (p,) index arrays, sorted by cell and receiver: shapes whose boxes low, high (2, m) may
+    hold the receivers' places x, y (n,); parted: values of x that nothing goes across."""
+    n = len(x)
+    if not n:
+        return
+    planes = len(parted) + 1
+    side = int(np.clip(np.sqrt(n / PER_CELL / planes), 1, CELLS / np.sqrt(planes)))
+    lines = [_quantiles(x, side * planes), _quantiles(y, side)]
+    if len(parted):
+        lines[0] = np.sort(np.concatenate([lines[0], parted]))
+    cell = np.searchsorted(lines[0], x, "right") * side + np.searchsorted(lines[1], y, "right")
+    cell = cell.astype(np.uint16)
+    order = np.argsort(cell, kind="stable")
+    bounds = [(a.min(), a.max()) for a in (x, y)]
+    over = (high[0] >= bounds[0][0]) & (low[0] <= bounds[0][1]) & (high[1] >= bounds[1][0]) & (low[1] <= bounds[1][1])
+    shape = np.flatnonzero(over & (low <= high).all(axis=0))
+    spans = [_span(line, *bound, low[k, shape], high[k, shape]) for k, (line, bound) in enumerate(zip(lines, bounds))]
+    first = np.stack([span[0] for span in spans])
+    wide = np.stack([span[1] for span in spans]) - first + 1
+    count = wide.prod(axis=0)
+    entry = np.repeat(np.arange(len(shape)), count)
+    step = np.arange(len(entry)) - np.repeat(np.cumsum(count) - count, count)
+    column, row = np.divmod(step, wide[1].take(entry))
+    place = ((first[0].take(entry) + column) * side + first[1].take(entry) + row).astype(np.uint16)
+    sorted_ = np.argsort(place, kind="stable")
+    shape = shape.take(entry.take(sorted_))
+    number = np.bincount(place, minlength=(len(lines[0]) + 1) * side)
+    start = np.cumsum(number) - number
+    own = cell.take(order)
+    each = number.take(own)
+    ends = np.cumsum(each)
+    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1], CANDIDATES)))
+    for a, b in zip(cuts, np.append(cuts[1:], n)):
+        some = each[a:b]
+        total = int(some.sum())
+        if total:
+            who = np.repeat(order[a:b], some)
+            base = start.take(own[a:b]) - (np.cumsum(some) - some)
+            yield who, shape.take(np.arange(total) + np.repeat(base, some))
+
+
+def _span(lines, least, most, low, high):
+    """The first and the last of the cells between lines, of places from least to most, that low..high (m,) may meet: by
+    a table of evenly spaced places, not by a search for each."""
+    entries = int(np.clip(TABLE[1] * len(lines), TABLE[0], TABLE[2]))
+    edges = np.linspace(least, most, entries + 1)
+    first, last = np.searchsorted(lines, edges[:-1], "left"), np.searchsorted(lines, edges[1:], "right")
+    scale = entries / (most - least) if most > least else 0.0
+    begin, end = ((np.clip(a, least, most) - least) * scale for a in (low, high))
+    # a little aside, as the edges are rounded
+    begin = np.clip(begin - 1e-6, 0, entries - 1).astype(np.int64)
+    end = np.clip(end + 1e-6, 0, entries - 1).astype(np.int64)
+    return first.take(begin), last.take(end)
+
+
+def _quantiles(values, count):
+    """(count - 1,) lines that part the values into about equal numbers."""
+    some = np.sort(values[:: max(1, len(values) // SAMPLED)])
+    return some[(np.arange(1, count) * len(some)) // count]
+
+
+def side_by_side(x, y, low, high, which, count, flats):
+    """What pairs_of takes of places x, y (n,), which (n,) of `count` planes they lie in, and boxes low, high (2, m),
+    the first `flats` those of each plane in turn, then the others of each in turn."""
+    if count == 1 or not len(x):
+        return x, y, low, high, ()
+    least, most = x.min(), x.max()
+    width = 1.5 * (most - least) or 1.0
+    begin = np.arange(count) * width
+    offset = np.concatenate([np.repeat(begin, k // count) for k in (flats, low.shape[1] - flats)])
+    low[:, (low[0] > most) | (high[0] < least)] = np.inf
+    low[0], high[0] = np.maximum(low[0], least) + offset, np.minimum(high[0], most) + offset
+    return x + begin.take(which), y, low, high, most + width / 6 + begin[:-1]

@@ -1,0 +1,163 @@
+"""Whether points are seen from others: the scene is projected from each of these onto a cube about it."""
+
+import numpy as np
+
+from ..closed_forms import cross
+from .bundles import EDGE, linear
+from .grid import pairs_of, side_by_side
+from .quadrics import Quadrics
+
+FAR = 1e-9  # part of its distance that a lamp's point is nearer than
+OUTSIDE = 1e-9  # of a ball: what is further out than this is not within it
+
+
+def seen_from(facets, centres, receivers, which, skip=-1):
+    """(n,) Whether nothing stands between receivers and which (n,) of centres (k, 3) m; skip: a shape that hides
+    nothing."""
+    out = np.ones(len(receivers), bool)
+    if not len(receivers):
+        return out
+    offset = receivers.points - centres.take(which, axis=0)
+    size = np.abs(offset)
+    axis = size.argmax(axis=1)
+    positive = offset[np.arange(len(offset)), axis] > 0
+    for a in range(3):
+        for sign in (1.0, -1.0):
+            some = np.flatnonzero((axis == a) & (positive == (sign > 0)))
+            if len(some):
+                plane = np.zeros((3, 3))
+                plane[0, (a + 1) % 3] = plane[1, (a + 2) % 3] = 1.0
+                plane[2, a] = sign
+                seen = _Seen(facets, centres, plane, receivers.take(some), which[some], skip)
+                out[some] = ~seen.hidden()
+    return out
+
+
+class _Seen:
+    """Of receivers before one face of a cube about their centres: plane (3, 3), its axes; otherwise as seen_from."""
+
+    def __init__(self, facets, centres, plane, receivers, which, skip):
+        self.facets, self.receivers = facets, receivers
+        a, b, c = plane @ (receivers.points - centres.take(which, axis=0)).T
+        self.x, self.y = a / c, b / c
+        m, shape, k = facets.count, facets.shape, len(centres)
+        before = _between(facets, centres, plane, receivers)
+        self.inverse, *flat = _projective(facets, centres, plane, before)
+        flat[0][:, np.tile(shape[before] == skip, k)] = np.inf
+        ball = _ball_cones(facets, centres, plane)
+        ball[0][:, np.tile(shape[m:] == skip, k)] = np.inf
+        boxes = [np.concatenate(both, axis=1) for both in zip(flat, ball)]
+        self.flats = len(before) * k
+        self.candidates = side_by_side(self.x, self.y, *boxes, which, k, self.flats)
+        start = (centres[:, None] - facets.ball_centre).reshape(-1, 3)
+        inverse = np.tile(facets.ball_inverse, (k, 1, 1))
+        self.quadrics = Quadrics(inverse, start, np.zeros((3, 3)), plane.T, True)
+        self.triangle, self.shape = np.tile(facets.triangle[before], k), np.tile(shape[before], k)
+        self.ball_shape = np.tile(shape[m:], k)
+        length = np.sqrt(1 + self.x**2 + self.y**2)
+        # what ends before the receiver by as much as it keeps from its own surface hides it; layers are further apart
+        self.limit = 1 / np.maximum(c - np.maximum(receivers.start, facets.tolerance) / length, 1e-300)
+
+    def hidden(self):
+        """(n,)"""
+        out = np.zeros(len(self.x), bool)
+        for who, found in pairs_of(*self.candidates):
+            flat = np.flatnonzero(found < self.flats)
+            out[self._behind_flat(who[flat], found[flat])] = True
+            round_ = np.flatnonzero(found >= self.flats)
+            if len(round_):
+                out[self._behind_balls(who[round_], found[round_] - self.flats)] = True
+        return out
+
+    def _behind_flat(self, r, k):
+        """(h,) Those of receivers r (p,) that facets k (p,) hide."""
+        xr, yr = self.x.take(r), self.y.take(r)
+        w = linear(self.inverse[2], k, xr, yr)
+        keep = np.flatnonzero((w > self.limit.take(r)) & (self.receivers.own.take(r) != self.shape.take(k)))
+        r, k, xr, yr, w = r[keep], k[keep], xr[keep], yr[keep], w[keep]
+        s, t = (linear(row, k, xr, yr) for row in self.inverse[:2])
+        slack = EDGE * w
+        most = np.where(self.triangle.take(k), s + t, np.maximum(s, t))
+        return r[(s >= -slack) & (t >= -slack) & (most <= w + slack)]
+
+    def _behind_balls(self, r, k):
+        """(h,) Those of receivers r (p,) that balls k (p,) hide."""
+        near, far = self.quadrics.ends(k, self.x.take(r), self.y.take(r))
+        end = 1 / self.limit.take(r) * (1 - FAR)
+        least = FAR * end
+        through = ((near > least) & (near < end)) | ((far > least) & (far < end))
+        own = self.receivers.own.take(r) == self.ball_shape.take(k)
+        # from within a ball all that is outside is hidden by it
+        outside = self.receivers.inside.take(r) & (self.quadrics.c.take(k) > OUTSIDE)
+        return r[np.where(own, outside, through)]
+
+
+def _between(facets, centres, plane, receivers):
+    """(k,) Facets that may come between points and the receivers, which lie before them: plane (3, 3), axes of the one
+    face of a cube about each through which they are seen."""
+    first, last = centres.min(axis=0), centres.max(axis=0)
+    low = np.minimum(receivers.points.min(axis=0), first)
+    high = np.maximum(receivers.points.max(axis=0), last)
+    least, most = facets.boxes
+    axis = int(np.abs(plane[2]).argmax())
+    sign = plane[2, axis]
+    ahead = (most[axis] > first[axis]) if sign > 0 else (least[axis] < last[axis])
+    for k in range(3):
+        ahead &= (most[k] >= low[k]) & (least[k] <= high[k])
+    some = np.flatnonzero(ahead)
+    # within the pyramid of the face: as far aside as ahead, at most
+    far = most[axis, some] - first[axis] if sign > 0 else last[axis] - least[axis, some]
+    for k in ((axis + 1) % 3, (axis + 2) % 3):
+        keep = (least[k, some] - last[k] <= far) & (first[k] - most[k, some] <= far)
+        some, far = some[keep], far[keep]
+    return some
+
+
+def _projective(facets, centres, plane, some):
+    """Of facets `some` (m,) seen from each of the centres (k, 3) in turn: rows (3 times (3, k m)) that take (1, x, y)
+    to s / depth, t / depth, 1 / depth, and boxes low, high (2, k m) of what lies before it."""
+    o = _from_all(centres, plane, facets.origin[some])
+    u, v = (np.tile(plane @ a[some].T, len(centres)) for a in (facets.u, facets.v))
+    uv, vo, ou = cross(u, v), cross(v, o), cross(o, u)
+    det = o[0] * uv[0] + o[1] * uv[1] + o[2] * uv[2]
+    size = np.sqrt((uv * uv).sum(axis=0) * (o * o).sum(axis=0))
+    seen = np.abs(det) > 1e-12 * size
+    scale = 1 / np.where(seen, det, np.inf)
+    triangle = np.tile(facets.triangle[some], len(centres))
+    corners = np.stack([o, o + u, o + u + np.where(triangle, 0.0, v), o + v], axis=1)
+    least = max(min(1e-9 * np.abs(corners).max(initial=0.0), facets.tolerance), 1e-300)  # layers are further apart
+    ahead = corners[2] >= least
+    flat = corners[:2] / np.maximum(corners[2], least)
+    low, high = np.where(ahead, flat, np.inf).min(axis=1), np.where(ahead, flat, -np.inf).max(axis=1)
+    cut = np.flatnonzero(~ahead.all(axis=0) & ahead.any(axis=0))
+    if len(cut):  # what reaches behind the centre ends where it is no longer before it
+        one, two = corners[:, :, cut], np.roll(corners[:, :, cut], -1, axis=1)
+        crossing = (one[2] < least) != (two[2] < least)
+        part = np.where(crossing, least - one[2], 0.0) / np.where(crossing, two[2] - one[2], 1.0)
+        edge = (one + part * (two - one))[:2] / least
+        low[:, cut] = np.minimum(low[:, cut], np.where(crossing, edge, np.inf).min(axis=1))
+        high[:, cut] = np.maximum(high[:, cut], np.where(crossing, edge, -np.inf).max(axis=1))
+    low[:, ~seen | ~ahead.any(axis=0)] = np.inf
+    order = [2, 0, 1]  # 1, x, y
+    return tuple((row * scale)[order] for row in (vo, ou, uv)), low, high
+
+
+def _from_all(centres, plane, points):
+    """(3, k m) Points (m, 3) as seen from each of the centres (k, 3) in turn, along the plane's axes."""
+    return ((plane @ points.T)[:, None] - (plane @ centres.T)[:, :, None]).reshape(3, -1)
+
+
+def _ball_cones(facets, centres, plane):
+    """Boxes low, high (2, k b) of balls seen from each of the centres in turn; all, where the box about one is not
+    before it."""
+    middle = _from_all(centres, plane, facets.ball_centre)
+    reach = np.linalg.norm(np.einsum("ai,bij->abj", plane, facets.ball_linear), axis=2)
+    reach = np.tile(reach, len(centres))
+    near = middle[2] - reach[2]
+    ahead = near > 0
+    ends = [(middle[:2] + k * reach[:2]) for k in (-1, 1)]
+    over = [end / np.where(ahead, d, 1.0) for end in ends for d in (near, middle[2] + reach[2])]
+    low, high = np.minimum.reduce(over), np.maximum.reduce(over)
+    low, high = np.where(ahead, low, -np.inf), np.where(ahead, high, np.inf)
+    low[:, middle[2] + reach[2] <= 0] = np.inf
+    return low, high
