@@ -73,15 +73,10 @@ def plan(scene, target_error=1e-2, shafts=None):
         say("no background light: directions that leave the scene are left out")
     say(f"pairs of surfaces left out because they face away from each other: {apart} of {pairs}")
     say(f"pairs of surfaces without visibility work because nothing can hide them: {free} of {pairs}")
-    senders = np.flatnonzero(reached & (scene.reflectance > 0).any(axis=1))
-    by_sum = bool(free < pairs - apart and shafts.sum_tells(senders) and shafts.closed())
-    if by_sum:
-        say("one hidden factor of each point comes from the sum of all, which is 1: walls enclose the scene")
     say(f"nodes: {nodes} at first; memory for the light between them: at most {MEMORY / 1e6:.0f} MB")
     result.counts = {
         "surfaces": len(scene), "lights": lights, "black": black, "dark": int((~reached).sum()),
         "channels": channels, "nodes": nodes, "pairs": pairs, "apart": apart, "free pairs": free,
-        "sum tells": by_sum,
     }  # fmt: skip
     return result
 
@@ -107,7 +102,6 @@ def plan_by_rays(scene, target, why):
     say(f"memory for the rays between the nodes: at most {RAY_MEMORY / 1e6:.0f} MB")
     result.counts = {
         "surfaces": len(scene), "lights": lights, "black": black, "dark": 0, "channels": 3, "facets": flat,
-        "sum tells": False,
     }  # fmt: skip
     return result
 

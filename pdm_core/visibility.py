@@ -5,7 +5,7 @@ Bounding volumes and separating planes decide before any work per point; the res
 
 import numpy as np
 
-from .closed_forms import dot, polygon_unoccluded
+from .closed_forms import dot
 from .contacts import contacts_of
 from .sampled import segment_blocked
 from .shape_table import TOUCHING, ShapeTable
@@ -13,9 +13,7 @@ from .view import over_edges, padded, visible_factors
 
 STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
-CLOSED = 1e-6  # difference from 1 of what walls fill that counts as none: Blender's coordinates are single
 ROOM = 2  # a ball seen from within, of kinds of sources
-SILENT = 3  # surfaces that send nothing whose factors it pays to find, to be spared one of a plane
 PAIRS = 1 << 16
 VIEWS = 1 << 18  # (point, shape) entries compared with a polygon's edges at once
 ENTRIES = 1 << 16  # (pair, shape) entries tested at once
@@ -37,45 +35,10 @@ class Shafts:
         self.inside = np.array([s.is_inside for s in scene.surfaces])
         # a plane with the whole scene on one side, a wall, comes between nothing
         wall = (self.low >= -self.eps).all(axis=1) | (self.high <= self.eps).all(axis=1)
-        self.wall = self.is_plane & wall
-        self.obstacle = ~self.wall
+        self.obstacle = ~(self.is_plane & wall)
         self.not_behind = self._not_behind()
-        outward = ~self.not_behind.any(axis=1)
-        self.in_sight = np.flatnonzero(~outward)  # surfaces that may be seen at all
-        self.walls = self._walls()
         self.shell = np.zeros((len(scene), len(scene.shapes)), bool)
         self.shell[contacts_of(scene).shells] = True  # its own sphere hides what reaches out of it from a surface
-
-    def _walls(self):
-        """Surfaces of walls, if every other shape has a surface wherever it can be seen; else none."""
-        sides = np.zeros((len(self.scene.shapes), 2), bool)
-        sides[self.shape, (self.sign > 0).astype(int)] = True
-        whole = np.where(self.is_plane, sides.all(axis=1), sides[:, 1]) | self.wall
-        if not whole.all() or self.inside.any():
-            return self.in_sight[:0]
-        return self.in_sight[self.wall[self.shape[self.in_sight]]]
-
-    def enclosed(self, points, normals):
-        """(m,) Whether walls fill all that points (m, 3) would see of them, so that all their factors sum to 1."""
-        r, s = (a.ravel() for a in np.meshgrid(np.arange(len(points)), self.walls, indexing="ij"))
-        shape = self.shape[s]
-        height = np.einsum("ni,ni->n", points[r] - self.centre[shape], self.normal[shape]) * self.sign[s]
-        r, corners = r[height > 0], self.table.corners.transpose(2, 1, 0)[shape[height > 0]]
-        free = np.bincount(r, polygon_unoccluded(points[r], normals[r], corners), minlength=len(points))
-        return np.abs(free - 1) < CLOSED
-
-    def silent(self, senders):
-        """Surfaces in sight other than the senders: the sum of all factors needs theirs too."""
-        return np.setdiff1d(self.in_sight, senders)
-
-    def sum_tells(self, senders):
-        """Whether it pays to take a factor of one of the senders from the sum, where walls enclose a point."""
-        return bool(len(self.walls) and len(senders) and len(self.silent(senders)) <= SILENT)
-
-    def closed(self):
-        """Whether walls enclose the scene: all around its middle."""
-        middle = self.centre.mean(axis=0)  # of what walls bound, which is convex
-        return bool(self.enclosed(np.tile(middle, (6, 1)), np.concatenate([np.eye(3), -np.eye(3)])).all())
 
     def _heights(self):
         """(shapes, shapes) m: least and greatest height of shape k over the plane of shape p (0, 0 for spheres p)."""

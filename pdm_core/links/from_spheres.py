@@ -16,7 +16,7 @@ class FromSpheres:
         self.field, self.factors, self.balls, self.rooms = field, factors, balls, rooms
 
     def from_balls(self, x, n, own, detail, tol):
-        """Yields entries; returns the factors (m,) of all balls together."""
+        """Yields entries of Gather, see FromPlanes.entries."""
         r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.balls, indexing="ij"))
         factor = np.empty(len(r))
         for k in parts(np.arange(len(r)), LINKS):
@@ -30,7 +30,6 @@ class FromSpheres:
             for part in parts(np.flatnonzero(size == k), 65536 // (rings * turns)):
                 i = r[part]
                 yield self._sample_cone(x.take(i, axis=0), n.take(i, axis=0), s[part], factor[part], i, rings, turns)
-        return np.bincount(r, factor, minlength=len(x))
 
     def _sample_cone(self, x, n, s, factor, r, rings, turns):
         """Directions spread over the outline of ball s, in the space where it is round: (entries of one size)."""

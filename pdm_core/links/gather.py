@@ -32,7 +32,7 @@ class Gather:
     def __init__(self, field, factors, sources):
         self.field, self.factors = field, factors
         self.flat, self.balls, self.rooms = (sources[k] for k in factors.by_kind(sources))
-        self.planes = FromPlanes(field, factors, self.flat, sources)
+        self.planes = FromPlanes(field, factors, self.flat)
         self.spheres = FromSpheres(field, factors, self.balls, self.rooms)
         self.by_surface = np.argsort(field.node_surface, kind="stable")  # nodes in the order of a block's columns
         self.rank = np.argsort(self.by_surface)
@@ -76,10 +76,9 @@ class Gather:
             yield Block(some, self.by_surface[columns], dense.astype(np.float32).reshape(len(some), len(columns)))
 
     def _entries(self, x, n, own, detail, tol):
-        balls = np.zeros(len(x))
         if len(self.balls):
-            balls = yield from self.spheres.from_balls(x, n, own, detail, tol)
+            yield from self.spheres.from_balls(x, n, own, detail, tol)
         if len(self.flat):
-            yield from self.planes.entries(x, n, own, detail, tol, balls)
+            yield from self.planes.entries(x, n, own, detail, tol)
         if len(self.rooms):
             yield from self.spheres.from_rooms(x, n, own, detail, tol)
