@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from .contacts import CLEAR, contacts_of, entries
+from .tolerances import TOUCHING
 
 CHARTS = 7  # along each edge of a plane, at most
 LINES, RIMS = 2, 2  # cuts along each edge at most, at contacts; rims of gaps, each of them with a strip on either side
 NARROW = 1e-5, 0.1  # widths of a gap, of the other plane's radius, for which a chart ends at its rim: not at contacts
 STRIP, THIN = 8.0, 0.03  # widths of strips along rims, of the gap, and of a gap that has them, of the planes' radii
 ALIGNED, APART = 1e-5, 2e-4  # of the edges: how far from straight along the chart, and how near each other, rims are
-JUMPS_APART = 1e-6  # the same of lines where light jumps
 UPRIGHT = 0.5  # sine of the angle from which on a plane stands on another
 
 
@@ -58,7 +58,7 @@ def _chosen(line, at, jump, weight):
     """Of possible cuts (k,) those of most weight, apart from each other and CHARTS - 1 a line, sorted along it."""
     order = np.lexsort((at, line))
     beside = jump[order] & np.append(False, jump[order][:-1])
-    far = np.diff(at[order], prepend=-1.0) > np.where(beside, JUMPS_APART, APART)
+    far = np.diff(at[order], prepend=-1.0) > np.where(beside, TOUCHING, APART)
     group = np.cumsum(far | (np.diff(line[order], prepend=-1) > 0))
     order = order[np.lexsort((-weight[order], group))]
     order = order[np.unique(np.sort(group), return_index=True)[1]]  # the weightiest of those that lie together
@@ -126,7 +126,7 @@ def _contact_lines(scene):
     low, high = np.where(there, ends, np.inf).min(axis=1), np.where(there, ends, -np.inf).max(axis=1)
     low, high = np.nan_to_num(low, posinf=2.0), np.nan_to_num(high, neginf=-2.0)
     middle, length = (low + high) / 2, np.minimum(high, 1.0) - np.maximum(low, 0.0)
-    is_line = (high - low < ALIGNED) & (length[:, ::-1] > APART) & (middle > JUMPS_APART) & (middle < 1 - JUMPS_APART)
+    is_line = (high - low < ALIGNED) & (length[:, ::-1] > APART) & (middle > TOUCHING) & (middle < 1 - TOUCHING)
     sign = np.array([s.sign for s in scene.surfaces])[surface]
     k, axis = np.nonzero(is_line & ((sign[:, None] * height).max(axis=1) > 0)[:, None])
     return surface[k], axis, middle[k, axis], length[k, 1 - axis]

@@ -11,11 +11,11 @@ sides see little but each other, so a coarse field there agrees with itself. Cel
 
 import numpy as np
 
-from .charts import CHARTS, charts_of
+from .charts import CHARTS
 from .contacts import contacts_of
 from .field_charts import Cubes, Rectangles
-from .shape_table import TOUCHING
 from .shapes.shape import unit
+from .tolerances import TOUCHING
 
 DEEPEST = 10  # levels of cells below a chart
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
@@ -46,15 +46,6 @@ _CHILD_OF_PARENT = basis2((_CORNER[:, None] + _STEPS / 2) / 2)  # (4, 9, 9) chil
 _BILINEAR = np.array([[(1 - a) * (1 - b), (1 - a) * b, a * (1 - b), a * b] for a, b in _STEPS / 2])  # from corners
 _EDGES = np.array([(0, 1, 2), (6, 7, 8), (0, 3, 6), (2, 5, 8)])  # a cell's edges as nodes
 _QUARTERS = np.array([(3, 6, -1), (-1, 6, 3)]) / 8  # the quadratic at 1/4 and 3/4 of an edge
-
-
-def first_nodes(scene):
-    """Nodes a Field of the scene starts with: 25 a plane of one chart, 26 a sphere."""
-    charts = charts_of(scene)
-    across = charts.across
-    lines = 2 * across + 1 + charts.jumps.sum(axis=2)
-    flat = np.where(across.prod(axis=1) == 1, 25, lines.prod(axis=1))
-    return int(np.where([s.shape.is_ball for s in scene.surfaces], 26, flat).sum())
 
 
 class Field:

@@ -13,7 +13,7 @@ from .check import Check
 from .light import SolvedLight
 from .refinement import Refinement
 from .solution import Solution
-from .transport import SMALLER, Transport, check_memory
+from .transport import Transport
 
 COARSEST = 0.16  # relative error aimed at by the first round
 STEP = 4.0  # each further round aims at most this much lower
@@ -21,6 +21,7 @@ SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's ta
 MAX_ROUNDS = 12  # refinements towards one target
 SAMPLES = 128  # points where the residual is measured each round; half of them on the way to the target
 FULL = "the field is as fine as the memory allows"
+SMALLER = "leave small objects out of the scene (hide them from renders) or join flat ones into larger planes"
 
 
 class Approach:
@@ -91,7 +92,6 @@ class Approach:
 
 def link_steps(scene, target_error, time_limit, enough=lambda: False):
     """Generator of (error, seconds); returns the Solution with its warnings. Closing it cancels."""
-    check_memory(scene)
     begun = time.perf_counter()
     set_up = in_thread(Approach, scene, target_error)
     approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun))

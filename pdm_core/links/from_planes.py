@@ -4,18 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..at_once import CACHED
 from ..closed_forms import divide, dot, polygon_unoccluded
 from ..field import basis
 from ..field_charts import graded, graded_slope
 from ..numerics import gauss_legendre
 from ..shadows import Shadows
+from ..tolerances import TINY
 
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
-PAIRS = 2048  # of points and source planes whose cells are sorted out at once
-LINKS = 4096  # pairs whose form factors are computed between two signs of life
 CLOSE = 0.5  # size over distance of a cell whose factor nine samples do not tell
 AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
-UNSEEN = 1e-9  # of the others' weight, hidden samples: where no sample is seen, they share out the exact factor
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
 _GAUSS, _WEIGHTS = (rule[:, None] for rule in gauss_legendre(3))
 _CHILDREN = np.array([(0, 0, 1, 1), (0, 1, 0, 1)])
@@ -86,8 +85,8 @@ class FromPlanes:
         shadows = Shadows(shafts.table, x, [axis.take(s, axis=1) for axis in self.frame], occluders)
         pairs = _Pairs(x, n, height, tol[r], own, s, occluders, shadows, foot, below, slope)
         links = []
-        for start in range(0, len(r), PAIRS):
-            chunk = np.arange(start, min(start + PAIRS, len(r)))
+        for start in range(0, len(r), CACHED):
+            chunk = np.arange(start, min(start + CACHED, len(r)))
             todo = self._whole(chunk, s[chunk])
             while len(todo.receiver):
                 todo, *done = self._sort_out(todo, pairs, detail)
@@ -109,7 +108,7 @@ class FromPlanes:
         free, hidden = np.flatnonzero(~hidden & (share > 0)), np.flatnonzero(hidden)
         value, corners = np.zeros(len(share)), self.factors.corners[pairs.source]
         value[free] = polygon_unoccluded(pairs.points[free], pairs.normals[free], corners[free])
-        for k in parts(hidden, LINKS):
+        for k in parts(hidden, CACHED):
             x, n, own, s = pairs.points[k], pairs.normals[k], pairs.surface[k], pairs.source[k]
             value[k] = self.factors.visible(x, n, own, s, corners[k], occluders=pairs.occluders[k])
             yield
@@ -193,7 +192,7 @@ class FromPlanes:
         keep = np.flatnonzero(~unsure)
         self.links += len(keep)
         scale = factor / kernel.sum(axis=(0, 1))
-        kernel = (np.where(hidden, UNSEEN, 1.0) * kernel * scale).take(keep, axis=2)
+        kernel = (np.where(hidden, TINY, 1.0) * kernel * scale).take(keep, axis=2)
         a, b = np.moveaxis(basis(cells.origin.take(keep, axis=1)[:, None] + cells.width[keep] * _GAUSS), -1, 1)
         weights = np.einsum("ign,jhn,ghn->ijn", a, b, kernel, optimize=["einsum_path", (0, 2), (0, 1)])
         weights = weights.reshape(9, -1).T

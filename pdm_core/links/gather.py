@@ -8,12 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..at_once import CACHED
 from ..numerics import Block
 from .from_planes import FromPlanes, parts
 from .from_spheres import FromSpheres
 
-RECEIVERS = 1024  # in a block of rows
-FACTORS = 1 << 13  # of whole surfaces in a block of rows: few large calls, but signs of life between
 BLOCK = 128  # rows of a dense block: neighbours, which use much the same nodes
 
 
@@ -47,7 +46,7 @@ class Gather:
 
         tolerance (m,): of one link, in detail's units.
         """
-        step = int(np.clip(FACTORS // max(len(self.flat) + len(self.balls) + len(self.rooms), 1), 64, RECEIVERS))
+        step = max(2 * CACHED // max(len(self.flat) + len(self.balls) + len(self.rooms), 8), BLOCK)
         for some in parts(np.arange(len(points)), step):
             entries = []
             for entry in self._entries(points[some], normals[some], surface[some], detail, tolerance[some]):
