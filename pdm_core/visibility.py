@@ -14,7 +14,6 @@ from .tolerances import TINY, TOUCHING
 from .view import over_edges, padded, visible_factors
 
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
-ROOM = 2  # a ball seen from within, of kinds of sources
 
 
 class Shafts:
@@ -176,7 +175,7 @@ class Factors:
 
     def by_kind(self, source):
         """Indices (k,) into sources (m,), surfaces: planes, balls seen from outside, balls seen from within."""
-        return [np.flatnonzero(self.kind[source] == kind) for kind in range(ROOM + 1)]
+        return [np.flatnonzero(self.kind[source] == kind) for kind in range(3)]
 
     def facing(self, points, source):
         """(m,) Whether points (m, 3) are before the planes of sources (m,)."""

@@ -16,6 +16,7 @@ from .gather import Detail
 from .received import Received
 
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
+SOLVED = 0.02  # relative residual of the linear system, of the error aimed at
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 
 
@@ -120,7 +121,7 @@ class SolvedLight:
         low, high = np.full((len(self.scene), 3), np.inf), np.full((len(self.scene), 3), -np.inf)
         np.minimum.at(low, f.node_surface, value)
         np.maximum.at(high, f.node_surface, value)
-        return Detail(variation, below, (high - low).max(axis=1))
+        return Detail(variation, below, (high - low).max(axis=1), high.max(axis=1))
 
     def _tolerance(self, points, surface):
         """Link tolerance (m,) of receivers at points (m, 3) on surfaces (m,): black ones need less, dark ones more."""

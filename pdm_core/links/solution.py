@@ -11,14 +11,12 @@ from ..checked import SceneError
 from ..contacts import settled_again
 from ..plan import reached_by_light
 from ..read_off import ReadOff, check_same_shapes, oriented, runs_of
-from ..signs_of_life import finish
+from ..signs_of_life import TICK, finish
 from .check import SAFETY
 from .kept import KeptLinks
-from .light import SolvedLight
+from .light import SOLVED, SolvedLight
 
 FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
-CHUNK_SECONDS = 0.08  # a window stays usable when each takes about this long, and larger chunks gain little
-RELIT = 1e-2  # relative residual of the linear system, of the error
 
 
 class Solution(ReadOff):
@@ -45,7 +43,7 @@ class Solution(ReadOff):
             part = slice(done, done + chunk)
             out[part] = self._light.incident(surface[part], points[part] - self._light.transport.origin)
             speed = chunk / max(time.perf_counter() - begun, 1e-6)
-            done, chunk = done + chunk, int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, CACHED))
+            done, chunk = done + chunk, int(np.clip(speed * TICK, FIRST_CHUNK, CACHED))
             yield min(done / len(points), 1.0)
         return np.maximum(out, 0.0)
 
@@ -73,7 +71,7 @@ class Solution(ReadOff):
         self._need_rows("relight")
         check_same_shapes(self.scene, scene)
         check = self._check.under(_under_other_light(self._light, scene))
-        finish(check.light.solve(RELIT * max(self.error, 1e-6)))
+        finish(check.light.solve(SOLVED * max(self.error, 1e-6)))
         finish(check.light.divide(self.error))
         finish(check.again())
         return Solution(scene, check, [(time.perf_counter() - begun, check.error)])

@@ -23,7 +23,6 @@ from .triangles import into_triangles, spread_over
 FLAT = 1e-4  # of the extent: corners no further from their plane are put into it, single precision's among them
 SINGLE = 4 * 2**-24  # of the coordinates: what single precision and a matrix may move corners by
 LONGEST = 64  # edges among which the bounding rectangle's direction is sought
-TIED = 1e-4, 1e-6  # relative: areas of rectangles, and lengths of their edges, that count as equal
 TRIES = 64  # points of the lattice, of those wanted, that are tried before triangles are gone through
 
 
@@ -104,8 +103,8 @@ class Polygon(Flat):
         f = np.cross(self.normal, e)
         along, across = (p - p[0]) @ e.T, (p - p[0]) @ f.T
         area = np.ptp(along, axis=0) * np.ptp(across, axis=0)
-        least = area <= (1 + TIED[0]) * area.min()
-        k = np.flatnonzero(least & (length[some] >= (1 - TIED[1]) * length[some][least].max()))[0]
+        least = area <= (1 + FLAT) * area.min()
+        k = np.flatnonzero(least & (length[some] >= (1 - TOUCHING) * length[some][least].max()))[0]
         low = along[:, k].min(), across[:, k].min()
         return p[0] + low[0] * e[k] + low[1] * f[k], np.stack([e[k], f[k]]), np.ptp([along[:, k], across[:, k]], axis=1)
 
@@ -187,7 +186,7 @@ class Polygon(Flat):
         area, centroid, spread = self._moments
         centre = corner + centroid @ axes
         reach = np.abs((self.outline - centre) @ REACHES.T).max(axis=0)
-        if area < (1 - TIED[1]) * sides.prod():
+        if area < (1 - TOUCHING) * sides.prod():
             along = REACHES @ axes.T
             reach = reach + np.sqrt(np.einsum("ki,ij,kj->k", along, spread, along))
         return np.concatenate([centre, np.sqrt(area) * self.normal, reach])
