@@ -24,7 +24,6 @@ ROOT = 0.4  # a root's surplus over the bilinear interpolant counts this much
 # cells in a gap between planes: no larger than so many gaps or that part of the other plane's radius, or, in charts
 # that end where the gap does, so that nodes crowd there anyway, that one
 GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
-INSIDE = 4 * TOUCHING  # of a sphere: how far points on its inner side are moved inwards
 
 
 def basis(t):
@@ -76,7 +75,7 @@ class Field:
         self.inverse = np.array([s.inverse for s in shapes])
         self.sign = np.array([s.sign for s in self.scene.surfaces])
         self.depth = np.ones(len(shapes))  # of the unit sphere: off its own inner side, where that hides something
-        self.depth[self.contacts.shells[0]] = 1 - INSIDE
+        self.depth[self.contacts.shells[0]] = 1 - 4 * TOUCHING
 
     def _each(self, what, surface, *given):
         """What the charts of each one's kind tell of surfaces (n,), and given (n, ...): arrays (n, ...)."""

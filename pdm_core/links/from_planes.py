@@ -96,18 +96,17 @@ class FromPlanes:
                 todo = self._divide(_joined([todo, split]))
         if not links:
             return
-        pair, node, weight, doubt = (np.concatenate(part) for part in zip(*links))
+        pair, node, weight, partial = (np.concatenate(part) for part in zip(*links))
         share = np.bincount(pair, weight.sum(axis=1), minlength=len(r))
-        doubt = np.sqrt(np.bincount(pair, doubt**2, minlength=len(r)))
-        scale = yield from self._scales(pairs, share, doubt, doubt * detail.top[s] > pairs.tolerance)
+        hidden = np.bincount(pair, partial, minlength=len(r)) > 0
+        scale = yield from self._scales(pairs, share, hidden)
         yield r[pair], node, weight * scale[pair][:, None]
 
-    def _scales(self, pairs, share, doubt, matters):
+    def _scales(self, pairs, share, hidden):
         """What the samples of pairs are to be multiplied by (p,): they share out what the pair exchanges, share (p,) in
-        all by them. How much that is, is exact, but where part is hidden and what samples leave in doubt (p,) does not
-        matter; yields."""
-        free, hidden = np.flatnonzero((doubt == 0) & (share > 0)), np.flatnonzero(matters)
-        value, corners = share.copy(), self.factors.corners[pairs.source]
+        all by them; how much that is, is exact, and behind what may hide it where hidden (p,); yields."""
+        free, hidden = np.flatnonzero(~hidden & (share > 0)), np.flatnonzero(hidden)
+        value, corners = np.zeros(len(share)), self.factors.corners[pairs.source]
         value[free] = polygon_unoccluded(pairs.points[free], pairs.normals[free], corners[free])
         for k in parts(hidden, CACHED):
             x, n, own, s = pairs.points[k], pairs.normals[k], pairs.surface[k], pairs.source[k]
@@ -197,7 +196,7 @@ class FromPlanes:
         a, b = np.moveaxis(basis(cells.origin.take(keep, axis=1)[:, None] + cells.width[keep] * _GAUSS), -1, 1)
         weights = np.einsum("ign,jhn,ghn->ijn", a, b, kernel, optimize=["einsum_path", (0, 2), (0, 1)])
         weights = weights.reshape(9, -1).T
-        done = k[keep], self.field.nodes.take(cells.owner[keep], axis=0), weights, PARTLY * (factor * near)[keep]
+        done = k[keep], self.field.nodes.take(cells.owner[keep], axis=0), weights, near[keep]
         return done, cells.take(np.flatnonzero(unsure))
 
     def _kernel(self, pairs, k, offset):

@@ -23,7 +23,6 @@ class Detail:
     variation: np.ndarray  # (n cells,) range of the field over the cell
     below: np.ndarray  # (n cells,) largest surplus of its descendants: lost where the cell stands for them
     surface: np.ndarray  # (n surfaces,) range of the field over the surface
-    top: np.ndarray  # (n surfaces,) its largest value there
 
 
 class Gather:

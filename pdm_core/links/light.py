@@ -121,7 +121,7 @@ class SolvedLight:
         low, high = np.full((len(self.scene), 3), np.inf), np.full((len(self.scene), 3), -np.inf)
         np.minimum.at(low, f.node_surface, value)
         np.maximum.at(high, f.node_surface, value)
-        return Detail(variation, below, (high - low).max(axis=1), high.max(axis=1))
+        return Detail(variation, below, (high - low).max(axis=1))
 
     def _tolerance(self, points, surface):
         """Link tolerance (m,) of receivers at points (m, 3) on surfaces (m,): black ones need less, dark ones more."""

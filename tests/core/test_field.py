@@ -95,7 +95,7 @@ def test_light_from_a_plane_that_varies_over_it(v):
     nodes, weights = gauss_square(80)
     y = source.origin + nodes[:, :1] * source.u + nodes[:, 1:] * source.v
     count = len(field.level)
-    every = Detail(np.ones(count), np.full(count, 1.0), np.ones(3), np.ones(3))
+    every = Detail(np.ones(count), np.full(count, 1.0), np.ones(3))
     for own in (1, 2):
         normals = np.tile(scene.surfaces[own].sign * receiver.normal, (40, 1))
         gather = Gather(field, factors, np.array([0]))

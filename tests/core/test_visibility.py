@@ -80,7 +80,7 @@ def test_rows_share_out_exact_factors():
     factors, field = Factors(scene, Shafts(scene), Counter()), Field(scene)
     points, normals = floor_points(200)
     own, sources = np.zeros(200, int), np.arange(9)
-    flat = Detail(np.zeros(len(field.level)), np.zeros(len(field.level)), np.ones(9), np.full(9, np.inf))
+    flat = Detail(np.zeros(len(field.level)), np.zeros(len(field.level)), np.ones(9))
     blocks = Gather(field, factors, sources).blocks(points, normals, own, flat, np.full(200, 0.1))
     received = Rows([block for block in blocks if block], 200).times(field.node_surface[:, None] == sources)
     exact = factors.matrix(points, normals, own, sources, False)[:, :-1]
