@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from .contacts import CLEAR, contacts_of, entries
+from .tolerances import TOUCHING
 
 CHARTS = 7  # along each edge of a plane, at most
-LINES, RIMS = 2, 2  # cuts along each edge at most, at contacts; rims of gaps, each of them with a strip on either side
-NARROW = 1e-5, 0.1  # widths of a gap, of the other plane's radius, for which a chart ends at its rim: not at contacts
+LINES = 2  # cuts along each edge at most, at contacts; as many rims of gaps, each of them with a strip on either side
+NARROW = 0.1  # width of a gap, of the other plane's radius, up to which a chart ends at its rim
 STRIP, THIN = 8.0, 0.03  # widths of strips along rims, of the gap, and of a gap that has them, of the planes' radii
 ALIGNED, APART = 1e-5, 2e-4  # of the edges: how far from straight along the chart, and how near each other, rims are
-JUMPS_APART = 1e-6  # the same of lines where light jumps
-UPRIGHT = 0.5  # sine of the angle from which on a plane stands on another
+FACING = 0.7  # least cosine between planes that have a gap between them; others stand on each other
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def _chosen(line, at, jump, weight):
     """Of possible cuts (k,) those of most weight, apart from each other and CHARTS - 1 a line, sorted along it."""
     order = np.lexsort((at, line))
     beside = jump[order] & np.append(False, jump[order][:-1])
-    far = np.diff(at[order], prepend=-1.0) > np.where(beside, JUMPS_APART, APART)
+    far = np.diff(at[order], prepend=-1.0) > np.where(beside, TOUCHING, APART)
     group = np.cumsum(far | (np.diff(line[order], prepend=-1) > 0))
     order = order[np.lexsort((-weight[order], group))]
     order = order[np.unique(np.sort(group), return_index=True)[1]]  # the weightiest of those that lie together
@@ -78,7 +78,7 @@ def _rims(scene):
         surface = scene.surfaces[k]
         local = surface.shape.local(corners.reshape(-1, 3)).reshape(corners.shape)
         height = surface.sign * local[..., 2] * np.sqrt(surface.shape.area)
-        close = (height.min(axis=1) > NARROW[0] * radius) & (height.max(axis=1) < NARROW[1] * radius)
+        close = (height.min(axis=1) > ALIGNED * radius) & (height.max(axis=1) < NARROW * radius)  # not at contacts
         close &= ((local[..., :2].max(axis=1) > 0) & (local[..., :2].min(axis=1) < 1)).all(axis=1)
         gap = height[close].mean(axis=1, keepdims=True)
         for axis in range(2):
@@ -92,7 +92,7 @@ def _rims(scene):
                 strips = np.concatenate([inner - wide, inner + wide])
                 strips = strips[(strips > APART) & (strips < 1 - APART)]
                 strips = strips[(np.abs(strips[:, None] - rims) > APART).all(axis=1)]
-            if len(rims) <= RIMS:  # more of them would cost more nodes than they save
+            if len(rims) <= LINES:  # more of them would cost more nodes than they save
                 rims = _apart(np.concatenate([rims, strips]))
                 if len(rims) < CHARTS:
                     found.append(np.array([np.full(len(rims), k), np.full(len(rims), axis), rims]))
@@ -112,7 +112,7 @@ def _contact_lines(scene):
     planes, (surface, other) = contacts.planes, entries(contacts.stands, scene.shape_of)
     flat = planes.flat[scene.shape_of[surface]] & planes.flat[other]
     surface, a, b = surface[flat], planes.number[scene.shape_of[surface[flat]]], planes.number[other[flat]]
-    upright = np.linalg.norm(np.cross(planes.normal[a], planes.normal[b]), axis=1) > UPRIGHT
+    upright = np.abs(np.einsum("ni,ni->n", planes.normal[a], planes.normal[b])) < FACING
     surface, a, b = surface[upright], a[upright], b[upright]
     offset, near = planes.corners[b] - planes.corners[a, :1], CLEAR * contacts.tolerance
     place = np.einsum("nij,ncj->nci", planes.inverse[a, :2], offset)
@@ -126,7 +126,7 @@ def _contact_lines(scene):
     low, high = np.where(there, ends, np.inf).min(axis=1), np.where(there, ends, -np.inf).max(axis=1)
     low, high = np.nan_to_num(low, posinf=2.0), np.nan_to_num(high, neginf=-2.0)
     middle, length = (low + high) / 2, np.minimum(high, 1.0) - np.maximum(low, 0.0)
-    is_line = (high - low < ALIGNED) & (length[:, ::-1] > APART) & (middle > JUMPS_APART) & (middle < 1 - JUMPS_APART)
+    is_line = (high - low < ALIGNED) & (length[:, ::-1] > APART) & (middle > TOUCHING) & (middle < 1 - TOUCHING)
     sign = np.array([s.sign for s in scene.surfaces])[surface]
     k, axis = np.nonzero(is_line & ((sign[:, None] * height).max(axis=1) > 0)[:, None])
     return surface[k], axis, middle[k, axis], length[k, 1 - axis]

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+MOST = 200  # surfaces that links take: they keep tables of all pairs of shapes, and of nodes; rays are ahead from 60 on
 # Fitted to measured runs of 5 to 300 boxes, balls and planes at targets of 4 to .25 %, on one thread.
 PAIR, BLOCKED = 3.75e-4, 0.1  # s of links a pair of surfaces: 30 us for each of 25 nodes that half of the others
 # face; more for each shape that may hide them
@@ -24,6 +25,7 @@ def choose(scene, target):
     needs = sorted({shape.plural for shape in scene.shapes} - {None})
     needs += ["lights"] * bool(scene.lights) + ["a background that varies"] * (scene.sky is not None)
     needs += ["surfaces that vary"] * any(surface.varies for surface in scene.surfaces)
+    needs += [f"more than {MOST} surfaces"] * (len(scene) > MOST)
     if needs:
         return Choice(True, f"because of {' and '.join(needs)}")
     links = PAIR * len(scene) ** 2 * (1 + BLOCKED * len(scene.shapes)) * (0.04 / target) ** FINER_LINKS

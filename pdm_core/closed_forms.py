@@ -8,11 +8,11 @@ Spindler and Hahne 1981; Ehlert and Smith 1993).
 
 import numpy as np
 
+from .at_once import CACHED
 from .numerics import gauss_legendre
+from .tolerances import TINY
 
-ALIGNED = 1e-12  # sine of the angle from an axis that counts as none; the error made is of this size
 ROUND, ROUND_POINTS = 0.1, 32  # a circle seen from so near its axis: Gauss points that integrate it to rounding
-CHUNK = 4096  # pairs; some 40 arrays of this length stay in a core's second-level cache
 
 
 def dot(a, b):
@@ -105,8 +105,8 @@ def polygon_unoccluded(points, normals, corners):
     c = np.ascontiguousarray(np.transpose(corners, (2, 1, 0)))
     m = x.shape[1]
     out = np.empty(m)
-    for start in range(0, m, CHUNK):
-        part = slice(start, start + CHUNK)
+    for start in range(0, m, CACHED):
+        part = slice(start, start + CACHED)
         out[part] = _polygon_chunk(x[:, part], n[:, part], c[:, :, part])
     return out
 
@@ -255,7 +255,7 @@ def _corner_sum(primitive, a0, a1, b0, b1, c0, c1, d0, d1):
 
 def _along_axes(vectors):
     """Whether unit vectors (m, 3) lie along one axis of their frame; by the components across, not the cosine."""
-    return np.sort(np.abs(vectors), axis=1)[:, 1] <= ALIGNED
+    return np.sort(np.abs(vectors), axis=1)[:, 1] <= TINY
 
 
 def aligned_rectangles(surfaces, i, j):
@@ -273,7 +273,7 @@ def aligned_rectangles(surfaces, i, j):
     length_u, length_v = np.linalg.norm(u, axis=1), np.linalg.norm(v, axis=1)
     e, f = u / length_u[:, None], v / length_v[:, None]
     normal = np.array([surfaces[k].sign * s.normal for k, s in zip(planes, shapes)])
-    square = np.abs(np.einsum("ij,ij->i", e, f)) < ALIGNED
+    square = np.abs(np.einsum("ij,ij->i", e, f)) < TINY
     a, b = number[i], number[j]
     frame = np.stack([e, f, normal], axis=1)[a]  # of the source
 

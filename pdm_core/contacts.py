@@ -12,17 +12,17 @@ from functools import cached_property
 
 import numpy as np
 
+from .at_once import AT_ONCE
 from .scene import Scene
 from .shape_table import ShapeTable
 from .shapes.shape import tolerance_of
+from .tolerances import TOUCHING
 from .view import against_dome
 
 PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apart by ten
 CLEAR = 8.0  # tolerances that points keep from what stands on their surface
 BESIDE = 1e-2  # of its radius: a ball whose middle is no further from a plane has no side of it
-SAME_AREA = 1e-6  # relative: the later of two such planes lies on top
 FAR = 1.0  # sizes of the scene from the origin from which on it is moved there
-CANDIDATES = 1 << 20  # pairs of bounding boxes compared at once
 TWO_SIDES = np.array([1.0, -1.0])
 
 
@@ -120,8 +120,7 @@ class Contacts:
         if not len(surface):
             return surface, shape
         table, reaches, dome = ShapeTable(self.scene.shapes), np.zeros(len(surface), bool), self.scene.shape_of[surface]
-        for is_ball, of in ((True, "ball_of"), (False, "polygon_of")):
-            k = np.flatnonzero(table.is_ball[shape] == is_ball)
+        for of, k in zip(("ball_of", "polygon_of"), table.by_kind(shape)):
             if len(k):
                 cross, outside = against_dome(table, dome[k], **{of: shape[k]})
                 reaches[k] = cross | outside
@@ -264,7 +263,7 @@ def _welded(corners, i, j, tolerance):
 def _rounded(area):
     """Areas (n,) with those that differ by their rounding alone made equal."""
     order = np.argsort(area)
-    steps = np.diff(area[order], prepend=area[order][:1]) > SAME_AREA * area[order]
+    steps = np.diff(area[order], prepend=area[order][:1]) > TOUCHING * area[order]
     out = np.empty(len(area), int)
     out[order] = np.cumsum(steps)
     return out
@@ -286,7 +285,7 @@ def near(low, high, tolerance):
     low, high = low[order], high[order] + tolerance
     count = np.searchsorted(low[:, axis], high[:, axis], side="right") - np.arange(len(low)) - 1
     ends, found = np.cumsum(count), [np.zeros((2, 0), int)]
-    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1], CANDIDATES)))
+    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1], AT_ONCE)))
     for first, last in zip(cuts, np.append(cuts[1:], len(low))):
         some = count[first:last]
         i = np.repeat(np.arange(first, last), some)

@@ -3,11 +3,11 @@
 import numpy as np
 
 from .field import DEEPEST
+from .tolerances import TINY
 
 OWN = 4.0  # targets that a surface's own error may reach
 DIM = 0.01  # of the brightest surface's light: what is darker need not reach it
 TOLD = 4.0  # points looked at that weigh as much as what the surpluses promise
-UNLIT = 1e-9  # of the scene's light: less is rounding
 
 
 class SharedLight:
@@ -59,6 +59,6 @@ def own_errors(light, found, promised, received):
     """
     count, found2 = found
     error = np.stack([np.sqrt((count * found2 + TOLD * promised**2) / (count + TOLD)), received])
-    lit = light.norm > UNLIT * np.linalg.norm(light.norm)
+    lit = light.norm > TINY * np.linalg.norm(light.norm)
     here, passed = np.divide(error, light.norm, out=np.zeros_like(error), where=lit)
     return np.where(lit, np.hypot(here, passed), 0.0), here, passed

@@ -6,11 +6,11 @@ are put into them, then the best-shaped ear is cut off until nothing is left. Co
 
 import numpy as np
 
-NEAR = 1e-6  # of the extent: vertices so near a diagonal are not passed by it, those so near an edge belong to it
-EXACT = 1e-13  # what rounding makes of nothing
+from .at_once import AT_ONCE
+from .tolerances import TINY, TOUCHING
+
 SPIKE = 2.0  # the quality, above any ear's, of what goes there and back
 FAR = 1e9  # where vertices are put that have been cut off
-AT_ONCE = 1 << 18  # pairs of an ear and a vertex tested at once
 
 
 def triangulated(loops):
@@ -38,7 +38,7 @@ def few_and_convex(points):
     """Whether a loop (k, 2) of an extent of about 1 is a triangle or a convex quadrilateral, counter-clockwise."""
     if len(points) > 4:
         return False
-    return bool((_turn(np.roll(points, 1, axis=0), points, np.roll(points, -1, axis=0)) > NEAR).all())
+    return bool((_turn(np.roll(points, 1, axis=0), points, np.roll(points, -1, axis=0)) > TOUCHING).all())
 
 
 def _with_touching(points, ring):
@@ -52,7 +52,7 @@ def _with_touching(points, ring):
         offset = points - p[part, None]
         along = (offset * d[part, None]).sum(axis=2) / length[part, None]
         beside = np.abs(d[part, :1] * offset[..., 1] - d[part, 1:] * offset[..., 0]) / length[part, None]
-        on = (beside < NEAR) & (along > NEAR) & (along < length[part, None] - NEAR)
+        on = (beside < TOUCHING) & (along > TOUCHING) & (along < length[part, None] - TOUCHING)
         edge, vertex = np.nonzero(on)
         edges.append(edge + start), vertices.append(vertex), places.append(along[edge, vertex])
     edge, vertex, place = (np.concatenate(a) for a in (edges, vertices, places))
@@ -68,7 +68,7 @@ def _turn(a, b, c):
 def _opens(points, ring, target):
     """Whether the ring's inside at each of its vertices lies in the direction of the target -> (k,)"""
     before, here, after = points[np.roll(ring, 1)], points[ring], points[np.roll(ring, -1)]
-    left, right = _turn(before, here, target) >= -EXACT, _turn(here, after, target) >= -EXACT
+    left, right = _turn(before, here, target) >= -TINY, _turn(here, after, target) >= -TINY
     return np.where(_turn(before, here, after) > 0, left & right, left | right)
 
 
@@ -77,14 +77,14 @@ def _bridged(points, ring, hole):
     start = int(np.argmax(points[hole, 0]))
     m, here, after = points[hole[start]], points[ring], points[np.roll(ring, -1)]
     opens = _opens(points, ring, m)
-    same = np.flatnonzero(np.abs(here - m).max(axis=1) < EXACT)
+    same = np.flatnonzero(np.abs(here - m).max(axis=1) < TINY)
     if len(same):
         into = _opens(points, ring, points[hole[(start + 1) % len(hole)]])[same]
         at = same[np.argmax(into)]
     else:
         rise = after[:, 1] - here[:, 1]
         x = here[:, 0] + (m[1] - here[:, 1]) * (after[:, 0] - here[:, 0]) / np.where(rise > 0, rise, 1.0)
-        ahead = (here[:, 1] <= m[1]) & (after[:, 1] > m[1]) & (x > m[0] - NEAR)
+        ahead = (here[:, 1] <= m[1]) & (after[:, 1] > m[1]) & (x > m[0] - TOUCHING)
         if not ahead.any():  # not within the ring
             at = np.argmin(np.hypot(*(here - m).T))
         else:
@@ -98,7 +98,7 @@ def _bridged(points, ring, hole):
 def _seen_along(here, opens, m, hit, end):
     """Of vertices (k, 2) in the triangle of m, the point hit and the end of the edge there, that nearest the ray."""
     corners = [m, hit, end] if end[1] > m[1] else [m, end, hit]
-    inside = np.all([_turn(a, b, here) >= -EXACT for a, b in zip(corners, corners[1:] + corners[:1])], axis=0)
+    inside = np.all([_turn(a, b, here) >= -TINY for a, b in zip(corners, corners[1:] + corners[:1])], axis=0)
     step = here - m
     inside |= (here == end).all(axis=1)
     candidate = np.flatnonzero(inside & opens) if (inside & opens).any() else np.flatnonzero(inside)
@@ -114,7 +114,7 @@ class _Clipper:
         self.site = np.unique(points[ring], axis=0, return_inverse=True)[1].ravel()  # nodes at one place
         count = len(ring)
         self.before, self.after = np.roll(np.arange(count), 1), np.roll(np.arange(count), -1)
-        self.margin = NEAR
+        self.margin = TOUCHING
         self.quality = self._qualities(np.arange(count))
 
     def _qualities(self, nodes):
@@ -129,10 +129,10 @@ class _Clipper:
         longest = np.maximum(np.hypot(bx - ax, by - ay), np.hypot(cx - bx, cy - by))
         diagonal = np.hypot(ax - cx, ay - cy)
         area = ((bx - ax) * (cy - ay) - (by - ay) * (cx - ax))[:, 0]
-        quality = np.maximum(area - EXACT, 0.0) / np.maximum(np.maximum(longest, diagonal)[:, 0], EXACT) ** 2
+        quality = np.maximum(area - TINY, 0.0) / np.maximum(np.maximum(longest, diagonal)[:, 0], TINY) ** 2
         over = (ax - cx) * (y - cy) - (ay - cy) * (x - cx) >= -self.margin * diagonal
-        over &= (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= -EXACT
-        over &= (cx - bx) * (y - by) - (cy - by) * (x - bx) >= -EXACT
+        over &= (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= -TINY
+        over &= (cx - bx) * (y - by) - (cy - by) * (x - bx) >= -TINY
         for k in corners:
             over &= self.site != self.site[k, None]
         quality[over.any(axis=1)] = 0.0
@@ -161,13 +161,13 @@ class _Clipper:
     def _next_best(self):
         """Where no ear is left: -1 after a look with less margin; then a node without area, else the most convex."""
         nodes = np.flatnonzero(self.quality >= 0)
-        if self.margin > EXACT:
-            self.margin = EXACT
+        if self.margin > TINY:
+            self.margin = TINY
             self.quality[nodes] = self._qualities(nodes)
             return -1, False
         a, b, c = (self.at[:, k].T for k in (self.before[nodes], nodes, self.after[nodes]))
         area = _turn(a, b, c)
         flat = int(np.argmin(np.abs(area)))
-        if abs(area[flat]) <= 10 * EXACT:
+        if abs(area[flat]) <= 10 * TINY:
             return int(nodes[flat]), True
         return int(nodes[np.argmax(area)]), area.max() <= 0

@@ -9,11 +9,11 @@ from functools import cache
 
 import numpy as np
 
+from .at_once import CACHED
 from .closed_forms import clip_edges, divide, dot
+from .tolerances import ROUNDING
 
-PAIRS = 64  # of polygons at once: their arrays stay in a second-level cache
 STEP, REACH = 1 / 14, 3.0  # of the double exponential rule: 85 points between two breaks, 1e-15 at any distance
-LOSS = 1e-15  # what rounding loses, of the product of both perimeters
 
 
 @cache
@@ -31,8 +31,8 @@ def polygon_exchange(a, b, normal_a, normal_b, tolerance=0.0):
     tolerance m: heights over the other's plane that are none.
     """
     value, error = np.zeros(len(a)), np.zeros(len(a))
-    for start in range(0, len(a), PAIRS):
-        part = slice(start, start + PAIRS)
+    for start in range(0, len(a), CACHED // 64):
+        part = slice(start, start + CACHED // 64)
         one, other, n, m = (np.ascontiguousarray(np.moveaxis(x[part], 0, -1)) for x in (a, b, normal_a, normal_b))
         one, other = np.moveaxis(one, 1, 0), np.moveaxis(other, 1, 0)
         (one, sees), (other, seen) = _before(one, other, m, tolerance), _before(other, one, n, tolerance)
@@ -62,7 +62,7 @@ def _exchange(one, other):
             k = np.flatnonzero(dot(q - p, d - c))  # upright or nothing: no part
             if len(k):
                 total[k] += _edges(*(x.take(k, axis=1) for x in (p, q, c, d)))
-    return np.maximum(total * scale**2 / (2 * np.pi), 0.0), LOSS * reach[0] * reach[1]
+    return np.maximum(total * scale**2 / (2 * np.pi), 0.0), ROUNDING * reach[0] * reach[1]
 
 
 def _edges(p, q, c, d):

@@ -11,22 +11,19 @@ sides see little but each other, so a coarse field there agrees with itself. Cel
 
 import numpy as np
 
-from .charts import CHARTS, charts_of
+from .charts import CHARTS, FACING
 from .contacts import contacts_of
 from .field_charts import Cubes, Rectangles
-from .shape_table import TOUCHING
 from .shapes.shape import unit
+from .tolerances import TOUCHING
 
 DEEPEST = 10  # levels of cells below a chart
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
 SPAN = CHARTS * (GRID + 1)
 ROOT = 0.4  # a root's surplus over the bilinear interpolant counts this much
-FACING = 0.7  # least cosine between planes that have a gap between them rather than a corner
-CLOSE = 0.4  # a gap, of a cell's size, that is as good as a contact
 # cells in a gap between planes: no larger than so many gaps or that part of the other plane's radius, or, in charts
 # that end where the gap does, so that nodes crowd there anyway, that one
 GAPS, EXTENT, GRADED_EXTENT = 4.0, 0.2, 0.5
-INSIDE = 4 * TOUCHING  # of a sphere: how far points on its inner side are moved inwards
 
 
 def basis(t):
@@ -46,15 +43,6 @@ _CHILD_OF_PARENT = basis2((_CORNER[:, None] + _STEPS / 2) / 2)  # (4, 9, 9) chil
 _BILINEAR = np.array([[(1 - a) * (1 - b), (1 - a) * b, a * (1 - b), a * b] for a, b in _STEPS / 2])  # from corners
 _EDGES = np.array([(0, 1, 2), (6, 7, 8), (0, 3, 6), (2, 5, 8)])  # a cell's edges as nodes
 _QUARTERS = np.array([(3, 6, -1), (-1, 6, 3)]) / 8  # the quadratic at 1/4 and 3/4 of an edge
-
-
-def first_nodes(scene):
-    """Nodes a Field of the scene starts with: 25 a plane of one chart, 26 a sphere."""
-    charts = charts_of(scene)
-    across = charts.across
-    lines = 2 * across + 1 + charts.jumps.sum(axis=2)
-    flat = np.where(across.prod(axis=1) == 1, 25, lines.prod(axis=1))
-    return int(np.where([s.shape.is_ball for s in scene.surfaces], 26, flat).sum())
 
 
 class Field:
@@ -87,7 +75,7 @@ class Field:
         self.inverse = np.array([s.inverse for s in shapes])
         self.sign = np.array([s.sign for s in self.scene.surfaces])
         self.depth = np.ones(len(shapes))  # of the unit sphere: off its own inner side, where that hides something
-        self.depth[self.contacts.shells[0]] = 1 - INSIDE
+        self.depth[self.contacts.shells[0]] = 1 - 4 * TOUCHING
 
     def _each(self, what, surface, *given):
         """What the charts of each one's kind tell of surfaces (n,), and given (n, ...): arrays (n, ...)."""
@@ -311,10 +299,9 @@ def _merged(parts, places):
     return out
 
 
-def crowded(field, smallest, touching, flat, wanted):
-    """Leaves larger than the scale of a nearby contact with a sphere or of one with another shape, and what is
-    smallest, m, or, of the two shapes (n shapes,), where they all but touch; `flat` of it in gaps between planes:
-    those are as large as the planes, contacts of spheres are points.
+def crowded(field, touching, flat, wanted):
+    """Leaves larger than the scale of a nearby contact, and than touching (n shapes,) m of the two shapes,
+    `flat` of it in gaps between planes: those are as large as the planes, contacts of spheres are points.
 
     wanted (n surfaces,): whether a surface is to be resolved at all.
     """
@@ -324,26 +311,17 @@ def crowded(field, smallest, touching, flat, wanted):
         return leaves
     points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
     own = field.scene.shape_of[field.surface[leaves]]
-    split = np.zeros(len(leaves), bool)
+    split, bend = np.zeros(len(leaves), bool), np.array([shape.bend for shape in field.scene.shapes])
     for k, shape in enumerate(field.scene.shapes):
         centre, radius = shape.bounds
         near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * size))
         if not len(near):
             continue
-        if shape.is_ball:
-            reach2 = np.einsum("ni,ni->n", shape.local(points[near]), shape.local(points[near]))
-            gap = shape.semi_axes[2] * (np.sqrt(reach2) - 1)
-            least = np.where(gap < CLOSE * size[near], np.minimum(touching[k], touching[own[near]]), smallest)
-            scale = shape.semi_axes[2] * np.sqrt(np.maximum(reach2 - 1, 0.0))  # tangent from the point: sqrt(d^2 - r^2)
-            scale = np.maximum(scale, least)
-        else:
-            gap = np.linalg.norm(points[near] - shape.project(points[near]), axis=1)
-            least = np.minimum(touching[k], touching[own[near]])
-            round_ = field.kind[field.surface[leaves[near]]] > 0
-            curved = np.array([s.bounds[1] for s in field.scene.shapes])[own[near]]
-            wide = _flat_gap(field, leaves[near], points[near], size[near], shape)
-            curved = np.sqrt(gap * (gap + 2 * curved))
-            scale = np.where(round_, np.maximum(curved, least), np.maximum(wide, flat * least))
+        gap, least = shape.gap(points[near]), np.minimum(touching[k], touching[own[near]])
+        radius = np.minimum(shape.bend, bend[own[near]])
+        tangent = np.sqrt(gap * (gap + 2 * np.where(np.isfinite(radius), radius, 0.0)))
+        wide = _flat_gap(field, leaves[near], points[near], size[near], shape)
+        scale = np.where(np.isfinite(radius), np.maximum(tangent, least), np.maximum(wide, flat * least))
         split[near] |= size[near] > scale
     return leaves[split]
 

@@ -3,8 +3,7 @@
 import numpy as np
 
 USUAL = 0.9  # seconds go as the error to minus this power, as the random rooms of tests/benchmarks/foretold.py do
-OWN = 0.5  # weight of the power that the history itself shows
-POWERS = 0.5, 1.5  # and what it may be
+POWERS = 0.5, 1.5  # what the power that the history itself shows may be; it counts as much
 MORE = 1.45  # of what that gives: the last steps cost more, and so does an error that hangs on each surface
 
 
@@ -19,7 +18,7 @@ def seconds_to(history, target):
     power = USUAL
     if len(error) > 1:
         seen = np.log(seconds[-1] / seconds[0]) / np.log(error[0] / error[-1])
-        power = OWN * np.clip(seen, *POWERS) + (1 - OWN) * USUAL
+        power = (np.clip(seen, *POWERS) + USUAL) / 2
     return float(MORE * seconds[-1] * (error[-1] / target) ** power)
 
 

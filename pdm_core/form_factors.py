@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .at_once import AT_ONCE
 from .checked import NAMED, SceneError, array, index, number, some_of
 from .closed_forms import aligned_rectangles
 from .contacts import contacts_of, settle
@@ -25,8 +26,8 @@ from .kinks import broken_rule, kinks
 from .numerics import gauss_square
 from .published import parametric
 from .scene import Scene, in_pieces
-from .view import visible_factors
-from .visibility import Shafts
+from .tolerances import ROUNDING, TINY
+from .visibility import Factors, Shafts
 
 POINTS = 6  # Gauss points a direction in a cell
 ORDERS = (4, 6, 8, 10, 14, 20)  # Gauss points between two kinks, until two orders agree
@@ -35,11 +36,8 @@ CELLS = 20000  # most cells of one surface
 # in pairs of a point and a target that nothing hides, about a microsecond each: what others take, and all at most, some
 # 50 s in a room of 12 balls and 2 screens. Surfaces share what is left evenly
 EXACT, SAMPLED, WORK = 4, 180, 45_000_000
-LEAST = 1e-12  # factors below it need no digits
 PEAKS = 16.0, 4.0  # sizes of surfaces, and of cells, of their distance from a target whose peak their nodes may miss
 SHARE = 0.5  # part of the remaining error that one level's accepted cells may use
-ROUNDING = 1e-15
-PAIRS = 1 << 18  # (point, target) pairs at once
 
 
 @dataclass
@@ -77,6 +75,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
         return _of_pieces(scene, rtol, wanted, start)
     scene = settle(scene)[0]
     shafts, counts = Shafts(scene), Counter()
+    seen = Factors(scene, shafts, counts)
     n = len(scene)
     factors, error = np.zeros((n, n)), np.zeros((n, n))
     i, j = (a.ravel() for a in np.indices((n, n)))
@@ -94,9 +93,9 @@ def form_factors(scene, rtol=1e-4, rows=None):
             curves = kinks(scene, row, targets, lists)
             if curves is None or _peaked(scene, row, np.zeros((1, 2)), np.ones(2), targets, PEAKS[0]).any():
                 most = (WORK - _work(counts)) // left
-                value, wrong = _row(scene, shafts, row, targets, lists, rtol, most, counts)
+                value, wrong = _row(seen, row, targets, lists, rtol, most)
             else:
-                value, wrong = _broken_row(scene, shafts, row, targets, lists, curves, rtol, counts)
+                value, wrong = _broken_row(seen, row, targets, lists, curves, rtol)
             factors[row, targets], error[row, targets] = value, wrong
     background = 1 - factors.sum(axis=1)  # by rows as they were integrated, which close exactly
     _reciprocal(scene, np.unique(wanted), factors, error)
@@ -122,10 +121,10 @@ def _of_pieces(scene, rtol, wanted, start):
 
 def _above(scene, rows, factors, error, rtol):
     """[] or [a sentence that names the entries whose errors are above rtol of them]."""
-    i, j = np.nonzero(error > rtol * np.abs(factors) + LEAST)
+    i, j = np.nonzero(error > rtol * np.abs(factors) + TINY)
     if not len(i):
         return []
-    size = error[i, j] / np.maximum(np.abs(factors[i, j]), LEAST)
+    size = error[i, j] / np.maximum(np.abs(factors[i, j]), TINY)
     worst = np.argsort(-size)[:NAMED]
     name = [surface.name or f"surface {k}" for k, surface in enumerate(scene.surfaces)]
     named = some_of([f"from {name[rows[i[k]]]!r} to {name[j[k]]!r} {error[i[k], j[k]]:.1g}" for k in worst], len(i))
@@ -171,26 +170,27 @@ def _contours(scene, rows, columns, rtol, done, factors, error, counts):
     a, b = number[i], number[j]
     value, wrong = polygon_exchange(corners[a], corners[b], normals[a], normals[b], scene.tolerance)
     value, wrong = value / scene.areas[i], wrong / scene.areas[i]
-    known = np.flatnonzero(wrong <= rtol * value + LEAST)
+    known = np.flatnonzero(wrong <= rtol * value + TINY)
     i, j = i[known], j[known]
     factors[i, j], error[i, j], done[i, j] = value[known], wrong[known], True
     counts["closed"] += len(known)
 
 
-def _row(scene, shafts, row, targets, hidden, rtol, most, counts):
+def _row(seen, row, targets, hidden, rtol, most):
     """Adaptive outer integral over surface row, of so much work at most, but for the first two levels -> factors and
     errors (targets,)."""
+    scene, counts = seen.scene, seen.counts
     rows, columns = scene.surfaces[row].shape.first_cells
     corner = np.stack(np.meshgrid(np.arange(rows) / rows, np.arange(columns) / columns, indexing="ij"), -1)
     corner = corner.reshape(-1, 2)
     size = np.array([1 / rows, 1 / columns])
     before, spent = _work(counts), len(corner)
-    value = _cells(scene, shafts, row, corner, size, targets, hidden, counts)
+    value = _cells(seen, row, corner, size, targets, hidden)
     total, wrong = np.zeros(len(targets)), np.zeros(len(targets))
     while True:
         size = size / 2
         child = (corner[:, None] + size * np.array([[0, 0], [0, 1], [1, 0], [1, 1]])).reshape(-1, 2)
-        finer = _cells(scene, shafts, row, child, size, targets, hidden, counts)
+        finer = _cells(seen, row, child, size, targets, hidden)
         spent += len(child)
         summed = finer.reshape(-1, 4, len(targets)).sum(axis=1)
         difference = np.abs(summed - value)
@@ -225,97 +225,56 @@ def _peaked(scene, row, corner, size, targets, ratio):
     return (reach > ratio * np.maximum(away - reach / 2, radius)).any(axis=1)
 
 
-def _cells(scene, shafts, row, corner, size, targets, hidden, counts):
+def _cells(seen, row, corner, size, targets, hidden):
     """Integrals over parameter cells (c, 2) of one size, over the area of surface row -> (c, targets)."""
-    surface = scene.surfaces[row]
+    surface = seen.scene.surfaces[row]
     nodes, weights = gauss_square(POINTS)
     out = np.empty((len(corner), len(targets)))
-    step = max(1, PAIRS // (len(nodes) * len(targets)))
+    step = max(1, AT_ONCE // (len(nodes) * len(targets)))
     for start in range(0, len(corner), step):
         part = corner[start : start + step]
         st = (part[:, None] + size * nodes).reshape(-1, 2)
         points, area = parametric(surface, st)
         weight = np.linalg.norm(area, axis=1)
         normals = area / weight[:, None]
-        value = _values(scene, shafts, row, points, normals, targets, hidden, counts)
+        value = _values(seen, row, points, normals, targets, hidden)
         weight = weight.reshape(len(part), -1) * weights * size.prod()
         out[start : start + step] = np.einsum("cq,cqt->ct", weight, value.reshape(len(part), len(nodes), -1))
     return out / surface.shape.area
 
 
-def _values(scene, shafts, row, points, normals, targets, hidden, counts):
-    """Exact visible factors (m, t) from points (m, 3) with normals (m, 3) of surface row to targets (t,); row -1:
-    whatever lies against it."""
-    value = np.empty((len(points), len(targets)))
-    for kind in ("plane", "ball", "inside"):
-        index = [k for k, t in enumerate(targets) if _kind(scene.surfaces[t]) == kind]
-        if index:
-            some = targets[index], hidden[index]
-            value[:, index] = _from_points(scene, shafts, row, points, normals, *some, kind, counts)
-    value[contacts_of(scene).covered(points, np.full(len(points), row))] = 0.0
+def _values(seen, row, points, normals, targets, hidden):
+    """Exact visible factors (m, t) from points (m, 3) with normals (m, 3) of surface row to targets (t,) behind hidden
+    (t, k); row -1: whatever lies against it."""
+    m, t = len(points), len(targets)
+    own, value = np.full(m, row), np.empty((m, t))
+    for start in range(0, m, step := max(1, AT_ONCE // max(t, 1))):
+        part = np.arange(start, min(start + step, m))
+        r, k = np.repeat(part, t), np.tile(np.arange(t), len(part))
+        value[part] = seen.pairs(points[r], normals[r], own[r], targets[k], hidden[k]).reshape(len(part), t)
+    value[contacts_of(seen.scene).covered(points, own)] = 0.0
     return value
 
 
-def _broken_row(scene, shafts, row, targets, hidden, curves, rtol, counts):
+def _broken_row(seen, row, targets, hidden, curves, rtol):
     """Outer integral over the plane row between its kinks -> factors and errors (targets,).
 
     What is hidden of aligned rectangles is taken from their closed form: their common edges then do not matter.
     """
-    surface = scene.surfaces[row]
+    scene = seen.scene
+    surface, alone = scene.surfaces[row], Factors(scene, seen.shafts, Counter())
     free, known = aligned_rectangles(scene.surfaces, np.full(len(targets), row), targets)
     previous = np.full(len(targets), np.inf)
     for order in ORDERS[sum(rtol < r for r in TIGHT) :]:
         nodes, weights = broken_rule(curves, order)
         points, area = parametric(surface, nodes)
         normals = area / np.linalg.norm(area, axis=1, keepdims=True)
-        value = _values(scene, shafts, row, points, normals, targets, hidden, counts)
+        value = _values(seen, row, points, normals, targets, hidden)
         nothing = np.full((known.sum(), 0), -1)
-        value[:, known] -= _values(scene, shafts, -1, points, normals, targets[known], nothing, Counter())
+        value[:, known] -= _values(alone, -1, points, normals, targets[known], nothing)
         total = free * known + weights @ value
         wrong = np.abs(total - previous)
         previous = total
         if (wrong <= rtol * np.abs(total) + ROUNDING).all():
             break
     return total, wrong + ROUNDING
-
-
-def _kind(surface):
-    return "plane" if surface.shape.is_flat else "inside" if surface.is_inside else "ball"
-
-
-def _from_points(scene, shafts, row, points, normals, targets, hidden, kind, counts):
-    """Exact visible factors (m, t) from points to targets of one kind."""
-    m, t = len(points), len(targets)
-    shape = scene.shape_of[targets]
-    out = np.zeros((m, t))
-    if kind == "plane":
-        corners = np.array([scene.shapes[k].corners for k in shape])
-        facing = np.array([scene.surfaces[k].sign * scene.shapes[s].normal for k, s in zip(targets, shape)])
-        height = points @ facing.T - np.einsum("ti,ti->t", facing, corners[:, 0])
-        seen = height > scene.tolerance
-        seen &= (np.einsum("mi,tki->mtk", normals, corners) - (normals * points).sum(1)[:, None, None] > 0).any(axis=2)
-    else:
-        # the outer side is seen from outside, the inner one from inside: also where they are sides of one shape
-        local = np.stack([np.linalg.norm(scene.shapes[k].local(points), axis=1) for k in shape], axis=1)
-        seen = local > 1 if kind == "ball" else local < 1
-        own = shape == (scene.shape_of[row] if row >= 0 else -1)
-        seen[:, own] = (kind == "inside") & scene.surfaces[row].is_inside
-    p, k = np.nonzero(seen)
-    for start in range(0, len(p), PAIRS):
-        a, b = p[start : start + PAIRS], k[start : start + PAIRS]
-        source = corners[b] if kind == "plane" else None
-        groups = [(slice(None), shape[b])] if kind != "inside" else [(b == q, shape[q]) for q in np.unique(b)]
-        value = np.empty(len(a))
-        for pick, shapes in groups:
-            value[pick] = visible_factors(
-                shafts.table,
-                points[a][pick],
-                normals[a][pick],
-                shapes,
-                source,
-                hidden[b][pick],
-                kind == "inside",
-                counts,
-            )
-        out[a, b] = value
-    return out

@@ -15,7 +15,7 @@ GROUPS = 1500  # of nodes, at most: their matrix stays in the cache
 TRIED = 1.2  # factor of the size of groups, until there are no more
 SOLVED = 0.01  # squared: relative residual of the linear system
 FAINT = 1e-6  # of the brightest light by way of groups: below it nothing is told
-LEAST_SHARE, MOST_SHARE = 0.1, 10.0  # of what groups tell: the light itself
+LEAST_SHARE = 0.1  # of what groups tell: the light itself, and the most the other way round
 
 
 class Kept:
@@ -133,7 +133,7 @@ class KeptGroups(Kept):
         self.share = np.ones_like(light)
         told = self._reflected(self.scene)
         clear = told > FAINT * max(np.abs(told).max(initial=0.0), 1e-300)
-        self.share[clear] = np.clip(light[clear] / told[clear], LEAST_SHARE, MOST_SHARE)
+        self.share[clear] = np.clip(light[clear] / told[clear], LEAST_SHARE, 1 / LEAST_SHARE)
 
     def light(self, scene, changed):
         self.check(scene)

@@ -17,15 +17,9 @@ def _dark(approach):
     approach.transport.reached = np.ones(len(approach.scene), bool)
 
 
-def _no_sum(approach):
-    """Every hidden factor is worked out, though their sum is known where walls enclose a point."""
-    approach.transport.factors.shafts.sum_tells = lambda senders: False
-
-
 ITEMS = {  # of plan.counts: what is done all the same, and what is left out where it is so
     "colour channels that are multiples of others": (_all_channels, lambda counts: counts["channels"] < 3),
     "surfaces that no light reaches": (_dark, lambda counts: counts["dark"] > 0),
-    "the factor that the sum of all tells": (_no_sum, lambda counts: counts["sum tells"]),
 }
 
 

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .at_once import CACHED
 from .checked import LEAST, MOST, SceneError, colour, number, vector
 from .closed_forms import disc_unoccluded, polygon_unoccluded, sphere_unoccluded
 from .light_beams import across_cone, beam_unoccluded
@@ -18,7 +19,6 @@ __all__ = ["AreaLight", "Light", "PointLight", "SpotLight", "SunLight"]
 
 CORNERS = 96  # of a polygon of an ellipse's area; what a point receives from it is off by less than 1e-5
 BEAM_CORNERS = 32  # the same of one with a spread, less than 1e-4
-CHUNK = 4096  # points
 WIDE = np.radians(60)  # half angle of a cone from which on it is no beam
 RIM, RIM_MARGIN = 64, 1.01  # directions along the edge of a stretched cone; what lies between them
 
@@ -143,7 +143,7 @@ class SpotLight(PointLight):
             half = np.where(distance > self.radius, np.arcsin(self.radius / np.maximum(distance, self.radius)), 0.0)
         share = np.ones(len(points))
         outside = np.flatnonzero((distance > self.radius) & (whole > 0))
-        for part in np.array_split(outside, len(outside) // CHUNK + 1):
+        for part in np.array_split(outside, len(outside) // CACHED + 1):
             share[part] = across_cone(self.pattern, unit(offset[part]), normals[part], half[part])
         return whole * share
 
@@ -267,7 +267,7 @@ class AreaLight(Light):
         # the plane's own points see its edge alone; what rounding puts before them is no light
         height = (points - self.centre) @ self.normal
         front = np.flatnonzero(height > 1e-12 * (np.abs(points - self.centre).max(axis=1) + np.sqrt(self.area)))
-        for part in np.array_split(front, len(front) // CHUNK + 1):
+        for part in np.array_split(front, len(front) // CACHED + 1):
             x, n = points[part], normals[part]
             if self._is_even and self._is_round:
                 out[part] = disc_unoccluded(x, n, self.centre, self.u / 2, self.v / 2)

@@ -6,12 +6,11 @@ boxes further than that are dropped.
 
 import numpy as np
 
+from .at_once import AT_ONCE, CACHED
 from .closed_forms import cross, divide, dot
+from .tolerances import TINY
 
 FEW = 8  # boxes to a box; the smallest hold one triangle each
-POINTS = 4096  # at once
-PAIRS = 1 << 18  # of a point and a box at once
-SLACK = 1e-12  # relative: what rounding loses
 BITS = 20  # of a coordinate on the curve: three of them in 64
 
 
@@ -42,11 +41,11 @@ class NearestTriangle:
         """points (n, 3) m -> nearest triangle (n,), barycentric coordinates (n, 3) of the nearest point on it."""
         triangle, weights = np.empty(len(points), int), np.empty((len(points), 3))
         along = np.argsort(self._code(points), kind="stable")
-        left = [along[k : k + POINTS] for k in range(0, len(along), POINTS)]
+        left = [along[k : k + CACHED] for k in range(0, len(along), CACHED)]
         while left:
             part = left.pop()
             x = np.ascontiguousarray(points[part].T)
-            found = self._find(x, most=PAIRS if len(part) > 1 else np.inf)
+            found = self._find(x, most=AT_ONCE if len(part) > 1 else np.inf)
             if found is None:  # in the middle of a ball everything is equally near
                 left += np.array_split(part, 2)
             else:
@@ -69,10 +68,10 @@ class NearestTriangle:
     def _find(self, x, most):
         """As find, for points (3, m); None where more than `most` pairs are to be looked at."""
         best, nearest = self._first(x)
-        point = np.flatnonzero(best > (SLACK * self.size) ** 2)
+        point = np.flatnonzero(best > (TINY * self.size) ** 2)
         box = np.zeros(len(point), int)
         on = np.setdiff1d(np.arange(len(best)), point)
-        best = best * (1 + SLACK)
+        best = best * (1 + TINY)
         for low, high, _ in self.levels[-2::-1]:
             point, box = _children(point, box, low.shape[1])
             at = x.take(point, axis=1)

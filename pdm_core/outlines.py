@@ -5,7 +5,7 @@ Edges are p -> q, (k, 2) each, of all loops together.
 
 import numpy as np
 
-AT_ONCE = 1 << 18  # pairs of a point and an edge, or of two edges, at once
+from .at_once import AT_ONCE
 
 
 def edges_of(loops):

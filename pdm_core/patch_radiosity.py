@@ -7,9 +7,10 @@ from collections import Counter
 
 import numpy as np
 
+from .at_once import AT_ONCE
 from .checked import SceneError, index, number, vectors
 from .closed_forms import divide
-from .published import SEGMENTS_AT_ONCE, patch_samples, published_kernel
+from .published import patch_samples, published_kernel
 from .read_off import runs_of
 from .sampled import segment_blocked
 from .scene import Scene
@@ -120,7 +121,7 @@ def _factors(scene, divisions, points):
     pieces = [(part, k) for k, s in enumerate(scene.shapes) for part in s.pieces]
     table, counts = ShapeTable([part for part, _ in pieces]), Counter()
     factors = np.empty((count, count))
-    step = max(1, SEGMENTS_AT_ONCE // (each * len(x)))
+    step = max(1, AT_ONCE // (each * len(x)))
     for first in range(0, count, step):
         rows = slice(first * each, min(first + step, count) * each)
         i, j, d, value = published_kernel(x[rows], normal[rows], x, normal)

@@ -5,17 +5,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .checked import SceneError, number
-from .choice import choose
+from .choice import MOST, choose
 from .contacts import settle
-from .field import first_nodes
 from .scene import Scene
+from .tolerances import TINY
 from .visibility import Shafts
 
 MEMORY = 1.4e9  # bytes for the light between the nodes; all of a run stays below 2 GB
 RAY_MEMORY = 1.2e9  # bytes for the rays between the nodes
-KNOWN = 300  # surfaces up to which it is asked which of them light can reach
 LAMP_POINTS = 64  # of a surface, of which one must face a lamp
-PROPORTIONAL = 1e-12  # relative difference of channels that counts as none
 
 
 @dataclass
@@ -53,7 +51,6 @@ def plan(scene, target_error=1e-2, shafts=None):
         seen = seen[seen >= a]  # what may hide is the same both ways
         hidden = shafts.may_hide(np.full(len(seen), a), seen).any(axis=1)
         free += int((~hidden * np.where(seen > a, 2, 1)).sum())
-    nodes = first_nodes(scene)
     result = Plan(reached=reached)
     say = result.lines.append
     say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
@@ -73,15 +70,10 @@ def plan(scene, target_error=1e-2, shafts=None):
         say("no background light: directions that leave the scene are left out")
     say(f"pairs of surfaces left out because they face away from each other: {apart} of {pairs}")
     say(f"pairs of surfaces without visibility work because nothing can hide them: {free} of {pairs}")
-    senders = np.flatnonzero(reached & (scene.reflectance > 0).any(axis=1))
-    by_sum = bool(free < pairs - apart and shafts.sum_tells(senders) and shafts.closed())
-    if by_sum:
-        say("one hidden factor of each point comes from the sum of all, which is 1: walls enclose the scene")
-    say(f"nodes: {nodes} at first; memory for the light between them: at most {MEMORY / 1e6:.0f} MB")
+    say(f"memory for the light between the nodes: at most {MEMORY / 1e6:.0f} MB")
     result.counts = {
         "surfaces": len(scene), "lights": lights, "black": black, "dark": int((~reached).sum()),
-        "channels": channels, "nodes": nodes, "pairs": pairs, "apart": apart, "free pairs": free,
-        "sum tells": by_sum,
+        "channels": channels, "pairs": pairs, "apart": apart, "free pairs": free,
     }  # fmt: skip
     return result
 
@@ -107,7 +99,6 @@ def plan_by_rays(scene, target, why):
     say(f"memory for the rays between the nodes: at most {RAY_MEMORY / 1e6:.0f} MB")
     result.counts = {
         "surfaces": len(scene), "lights": lights, "black": black, "dark": 0, "channels": 3, "facets": flat,
-        "sum tells": False,
     }  # fmt: skip
     return result
 
@@ -115,7 +106,7 @@ def plan_by_rays(scene, target, why):
 def lit(scene):
     """(n surfaces,) Whether light may come to each, as in Plan.reached, without the rest of the plan; of many shapes,
     or of others than planes and spheres, nothing is known beforehand."""
-    if len(scene) > KNOWN or any(shape.plural for shape in scene.shapes):
+    if len(scene) > MOST or any(shape.plural for shape in scene.shapes):
         return np.ones(len(scene), bool)
     scene = settle(scene)[0]
     return reached_by_light(scene, Shafts(scene))
@@ -159,7 +150,7 @@ def proportional_channels(scene):
         for a in which:
             k = light[:, b].sum() / max(light[:, a].sum(), 1e-300)
             same = (scene.reflectance[:, a] == scene.reflectance[:, b]).all()
-            if same and np.allclose(light[:, b], k * light[:, a], rtol=PROPORTIONAL, atol=0):
+            if same and np.allclose(light[:, b], k * light[:, a], rtol=TINY, atol=0):
                 made[a, b] = k
                 break
         else:

@@ -2,14 +2,13 @@
 
 import numpy as np
 
+from .at_once import AT_ONCE
 from .checked import SceneError, array
 from .numerics import gauss_square
 from .sampled import segment_blocked
 from .scene import Surface
 from .shape_table import ShapeTable
 from .shapes.shape import Shape
-
-SEGMENTS_AT_ONCE = 1 << 18
 
 
 def parametric(surface, st):
@@ -62,7 +61,7 @@ def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occl
     occluders = [part for shape in occluders for part in shape.pieces]
     table = ShapeTable(tuple(occluders)) if occluders else None
     total = 0.0
-    step = max(1, SEGMENTS_AT_ONCE // len(pb))
+    step = max(1, AT_ONCE // len(pb))
     for start in range(0, len(pa), step):
         part = slice(start, start + step)
         i, _, d, value = published_kernel(pa[part], na[part], pb, nb)

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .at_once import CACHED
 from .closed_forms import across, clip_edges, cross, divide, dot
 from .numerics import gauss_legendre
+from .tolerances import ROUNDING, TINY
 
-GRAZING = 1e-12  # relative depth of a sliver that is none
-ROUNDING = 1e-15
 ASIDE = 0.4323  # where a piece of an outline is tested against an elliptic cone
 INNER, OUTER, BOTH = range(3)
 TURN = 2 * np.pi
@@ -30,7 +30,6 @@ EDGE_ON = 8  # turns by rounding: a polygon no wider than so many in the view hi
 NOTHING = 1e-6  # a factor above which nothing is made by rounding
 STEEPEST = 1e-3  # tilt of a plane, as a sine, that rounding is taken to cause at most: of edges seen end-on
 CONIC_POINTS, CONIC_PARTS = 16, 4  # Gauss rule for arcs of elliptic cones, per part of a piece
-LIST = 2048  # pairs of regions compared at once
 
 
 def _unit(a):
@@ -218,8 +217,8 @@ def _levels(conic, planes):
 def _crosses(a):
     """Whether a0 + a1 cos f + a2 sin f, a (3, ...), changes its sign (...)"""
     rho2 = a[1] * a[1] + a[2] * a[2]
-    # a sliver too thin for its ends to be told apart is none: it would hold less than GRAZING ** 1.5
-    return rho2 - a[0] * a[0] > GRAZING * rho2
+    # a sliver too thin for its ends to be told apart is none: it would hold less than TINY ** 1.5
+    return rho2 - a[0] * a[0] > TINY * rho2
 
 
 def _crossings(a):
@@ -456,5 +455,5 @@ def visible_integral(n, source, occluders, rounding):
 
 
 def _parts(*lists):
-    """Lists of one length, LIST entries at a time."""
-    return [[a[k : k + LIST] for a in lists] for k in range(0, len(lists[0]), LIST)]
+    """Lists of one length, CACHED entries at a time."""
+    return [[a[k : k + CACHED] for a in lists] for k in range(0, len(lists[0]), CACHED)]

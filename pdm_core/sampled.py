@@ -5,29 +5,28 @@ import numpy as np
 from .closed_forms import cross, divide, dot, transform
 from .numerics import gauss_legendre
 from .regions import sky_source
-from .shape_table import TOUCHING
+from .tolerances import TINY, TOUCHING
 
-SEAM = 1e-12  # of a triangle, by which rounding may move a segment off an edge
 SAMPLES = 24  # Gauss points a direction of the sampled fallback
 
 
 def segment_blocked(table, x, d, shape):
     """Whether the open segment x + t d, 0 < t < 1, meets the shape; x, d (3, ..., m), shape (m,) -> (..., m)"""
     blocked = np.zeros(d.shape[1:], bool)
-    is_ball = table.is_ball[shape]
-    half = table.half[shape]
-    for kind, meets in ((is_ball, _meets_ball), (~is_ball & ~half, _meets_square), (half, _meets_half)):
-        index = np.nonzero(kind)[0]
+    for meets, index in zip((_meets_ball, _meets_flat), table.by_kind(shape)):
         if len(index):
             inverse = table.inverse[:, :, shape[index]]
             origin = table.origin[:, shape[index]].reshape(3, *(1,) * (x.ndim - 2), -1)
             blocked[..., index] = meets(
-                transform(inverse, x[..., index] - origin), transform(inverse, d[..., index]), table.slack[shape[index]]
+                transform(inverse, x[..., index] - origin),
+                transform(inverse, d[..., index]),
+                table.slack[shape[index]],
+                table.half[shape[index]],
             )
     return blocked
 
 
-def _meets_ball(p, d, slack):
+def _meets_ball(p, d, slack, half):
     """Whether segments p + t d go through the unit sphere, into it or out of it."""
     a, b, c = dot(d, d), dot(p, d), dot(p, p) - 1
     reach = b * b - a * c
@@ -37,20 +36,16 @@ def _meets_ball(p, d, slack):
     return (reach > 0) & (through[0] | through[1])
 
 
-def _meets_square(p, d, slack, half=False):
-    """Whether segments p + t d meet the unit square about the origin, or half of it, their ends off it by slack."""
+def _meets_flat(p, d, slack, half):
+    """Whether segments p + t d meet the unit square about the origin, or half (m,) of it with s + t < 1, their ends off
+    it by slack."""
     t = divide(-p[2], d[2])
     a, b = p[0] + t * d[0], p[1] + t * d[1]
     beside = np.maximum(np.abs(a), np.abs(b))
-    if half:  # what goes through the seam of two triangles meets both
-        beside = np.maximum(beside, a + b + 0.5) - SEAM
+    if half.any():  # what goes through the seam of two triangles meets both
+        beside = np.where(half, np.maximum(beside, a + b + 0.5) - TINY, beside)
     end = p[2] + d[2]
     return (p[2] * end < 0) & (np.minimum(np.abs(p[2]), np.abs(end)) > slack) & (beside <= 0.5)
-
-
-def _meets_half(p, d, slack):
-    """As _meets_square, of the half of it with s + t < 1."""
-    return _meets_square(p, d, slack, True)
 
 
 def sampled_factors(table, x, n, source, corners, sky, occluders, free):

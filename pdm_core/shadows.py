@@ -17,8 +17,7 @@ class Shadows:
         pair, slot = np.nonzero(occluders >= 0)
         shape = occluders[pair, slot]
         self.kinds = []
-        for is_ball, kind in ((True, _BallShadows), (False, _FlatShadows)):
-            some = np.flatnonzero(table.is_ball[shape] == is_ball)
+        for kind, some in zip((_BallShadows, _FlatShadows), table.by_kind(shape)):
             if len(some):
                 number = np.bincount(pair[some], minlength=len(points))
                 inverse, at = table.inverse.take(shape[some], axis=2), pair[some]

@@ -6,10 +6,6 @@ from .closed_forms import transform
 from .regions import Balls
 from .shapes.shape import tolerance_of
 
-# Depth, relative to the shapes' size, up to which shapes that cross count as touching and planes as flush: Blender's
-# single-precision vertices are off by a tenth of it. What it costs is of the same size, and only in such places.
-TOUCHING = 1e-6
-
 
 class ShapeTable:
     """The scene's shapes as arrays, component first, for gathering per pair."""
@@ -37,6 +33,11 @@ class ShapeTable:
             self.linear[:, :, k] = (u * axes) @ u.T
             self.inverse[:, :, k] = (u / axes) @ u.T
             self.radius[k] = axes[0] if shape.is_round else 0.0
+
+    def by_kind(self, index):
+        """Positions (k,) of balls, and of what is flat, among the shapes index (m,)."""
+        ball = self.is_ball[index]
+        return np.flatnonzero(ball), np.flatnonzero(~ball)
 
     def balls(self, x, index):
         """Balls of the shapes index (m,) relative to points x (3, m)."""

@@ -8,14 +8,12 @@ from collections import Counter
 
 import numpy as np
 
+from .at_once import AT_ONCE, CACHED
 from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded, transform
 from .regions import Occluders, ball_source, covers_directions, polygon_region, sky_source, visible_integral
 from .sampled import sampled_factors
-from .shape_table import TOUCHING
+from .tolerances import TOUCHING
 
-BATCH = 32768  # pairs whose candidates are sifted at once
-GROUP = 4096  # (pair, occluder) entries in one contour integral, about: their arrays stay in a second-level cache
-OVERLAPS = 1 << 18  # pairs of occluders compared at once
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
 
 
@@ -143,8 +141,7 @@ def _sift(table, x, n, source, corners, pair, occluder, sky):
     entry = np.nonzero(keep)[0]
     if corners is not None:
         entry = entry[over_edges(table, x, corners, pair[entry], occluder[entry]) > -1 - TOUCHING]
-    is_ball = table.is_ball[occluder[entry]]
-    for of_kind, decide in ((is_ball, _sift_balls), (~is_ball, _sift_polygons)):
+    for decide, of_kind in zip((_sift_balls, _sift_polygons), table.by_kind(occluder[entry])):
         e = entry[of_kind]
         if len(e):
             active[e], cross, blocked = decide(table, x, n, source, corners, pair[e], occluder[e], sky)
@@ -250,7 +247,7 @@ def _overlapping(table, x, pair, occluder):
     around = length <= r  # from within everything overlaps
     follow = np.searchsorted(pair, pair, side="right") - np.arange(len(pair)) - 1
     ends, found = np.cumsum(follow), [np.zeros((2, 0), int)]
-    cuts = np.unique(np.searchsorted(ends, np.arange(0, follow.sum(), OVERLAPS)))
+    cuts = np.unique(np.searchsorted(ends, np.arange(0, follow.sum(), AT_ONCE)))
     for low, high in zip(cuts, np.append(cuts[1:], len(pair))):
         some = follow[low:high]
         e = np.repeat(np.arange(low, high), some)
@@ -279,26 +276,25 @@ def _source(table, x, n, source, corners, sky):
 
 def _occluders(table, x, corners, pair, occluder):
     """Occluders of entries (pair, occluder), sorted by pair; corners: of their sources, if these are polygons."""
-    is_ball = table.is_ball[occluder]
-    polygon = np.nonzero(~is_ball)[0]
+    ball, polygon = table.by_kind(occluder)
     outlines = table.polygon(x.take(pair[polygon], axis=1), occluder[polygon])
     height = np.ones(outlines.shape[1:])
     if corners is not None:  # only what is before the source hides any of it
         height = _on_plane(_height_over(corners.take(pair[polygon], axis=2), outlines), table.tolerance)
     covers = covers_directions(outlines, height, table.tolerance)
     if not covers.all():
-        keep = is_ball.copy()
+        keep = np.ones(len(pair), bool)
         keep[polygon] = covers
-        pair, occluder, is_ball = pair[keep], occluder[keep], is_ball[keep]
+        pair, occluder = pair[keep], occluder[keep]
         outlines, height = outlines[:, :, covers], height[:, covers]
-    polygon, ball = np.nonzero(~is_ball)[0], np.nonzero(is_ball)[0]
+        ball, polygon = table.by_kind(occluder)
     number = np.empty(len(pair), int)
     number[polygon], number[ball] = np.arange(len(polygon)), np.arange(len(ball))
     e, other = _overlapping(table, x, pair, occluder)
     e, other = np.concatenate([e, other]), np.concatenate([other, e])
+    one, two = (np.isin(k, ball) for k in (e, other))
     polygon_polygon, polygon_ball, ball_ball = (
-        (number[e[kind]], number[other[kind]])
-        for kind in (~is_ball[e] & ~is_ball[other], ~is_ball[e] & is_ball[other], is_ball[e] & is_ball[other])
+        (number[e[both]], number[other[both]]) for both in (~one & ~two, ~one & two, one & two)
     )
     shape = occluder[polygon]
     return Occluders(
@@ -327,7 +323,7 @@ def _unoccluded(table, x, n, source, corners, sky):
     radius = table.radius[source]
     out = sphere_unoccluded(x.T, n.T, table.origin[:, source].T, np.where(radius > 0, radius, table.bound[source]))
     nothing = np.zeros(0, int)
-    for part in _parts(np.nonzero(radius == 0)[0], GROUP):
+    for part in _parts(np.nonzero(radius == 0)[0], CACHED):
         out[part] = _visible(table, x[:, part], n[:, part], source[part], None, False, nothing, nothing)
     return out
 
@@ -348,8 +344,8 @@ def visible_factors(table, points, normals, source, corners=None, occluders=None
     counts = Counter() if counts is None else counts
     out = np.empty(len(points))
     source = np.broadcast_to(np.asarray(source), len(points))
-    for start in range(0, len(points), BATCH):
-        part = slice(start, start + BATCH)
+    for start in range(0, len(points), AT_ONCE):
+        part = slice(start, start + AT_ONCE)
         x, n = np.ascontiguousarray(points[part].T), np.ascontiguousarray(normals[part].T)
         c = None if corners is None else np.ascontiguousarray(np.transpose(corners[part], (2, 1, 0))) - x[:, None]
         candidates = None if occluders is None else occluders[part]
@@ -358,9 +354,9 @@ def visible_factors(table, points, normals, source, corners=None, occluders=None
 
 
 def _groups(number):
-    """Rows with number (m,) > 0 entries, ascending, in groups of about GROUP entries or of one row."""
+    """Rows with number (m,) > 0 entries, ascending, in groups of about CACHED entries or of one row."""
     rows = np.nonzero(number)[0]
-    return np.split(rows, np.nonzero(np.diff(np.cumsum(number[rows]) // GROUP))[0] + 1) if len(rows) else []
+    return np.split(rows, np.nonzero(np.diff(np.cumsum(number[rows]) // CACHED))[0] + 1) if len(rows) else []
 
 
 def _batch(table, x, n, source, corners, occluders, sky, counts):

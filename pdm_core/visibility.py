@@ -5,20 +5,15 @@ Bounding volumes and separating planes decide before any work per point; the res
 
 import numpy as np
 
-from .closed_forms import dot, polygon_unoccluded
+from .at_once import AT_ONCE
+from .closed_forms import dot
 from .contacts import contacts_of
 from .sampled import segment_blocked
-from .shape_table import TOUCHING, ShapeTable
+from .shape_table import ShapeTable
+from .tolerances import TINY, TOUCHING
 from .view import over_edges, padded, visible_factors
 
-STEEPEST = 1 - 1e-12  # of one sphere within the other: the hull is the larger one
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
-CLOSED = 1e-6  # difference from 1 of what walls fill that counts as none: Blender's coordinates are single
-ROOM = 2  # a ball seen from within, of kinds of sources
-SILENT = 3  # surfaces that send nothing whose factors it pays to find, to be spared one of a plane
-PAIRS = 1 << 16
-VIEWS = 1 << 18  # (point, shape) entries compared with a polygon's edges at once
-ENTRIES = 1 << 16  # (pair, shape) entries tested at once
 
 
 class Shafts:
@@ -28,7 +23,6 @@ class Shafts:
         self.scene = scene
         self.table = ShapeTable(scene.shapes, scene.tolerance)
         self.eps = scene.tolerance
-        self.is_plane = ~self.table.is_ball
         self.centre, self.radius = self.table.origin.T, self.table.bound
         self.normal = np.array([s.normal for s in scene.shapes])
         self.low, self.high = self._heights()
@@ -37,48 +31,14 @@ class Shafts:
         self.inside = np.array([s.is_inside for s in scene.surfaces])
         # a plane with the whole scene on one side, a wall, comes between nothing
         wall = (self.low >= -self.eps).all(axis=1) | (self.high <= self.eps).all(axis=1)
-        self.wall = self.is_plane & wall
-        self.obstacle = ~self.wall
+        self.obstacle = ~wall
         self.not_behind = self._not_behind()
-        outward = ~self.not_behind.any(axis=1)
-        self.in_sight = np.flatnonzero(~outward)  # surfaces that may be seen at all
-        self.walls = self._walls()
         self.shell = np.zeros((len(scene), len(scene.shapes)), bool)
         self.shell[contacts_of(scene).shells] = True  # its own sphere hides what reaches out of it from a surface
 
-    def _walls(self):
-        """Surfaces of walls, if every other shape has a surface wherever it can be seen; else none."""
-        sides = np.zeros((len(self.scene.shapes), 2), bool)
-        sides[self.shape, (self.sign > 0).astype(int)] = True
-        whole = np.where(self.is_plane, sides.all(axis=1), sides[:, 1]) | self.wall
-        if not whole.all() or self.inside.any():
-            return self.in_sight[:0]
-        return self.in_sight[self.wall[self.shape[self.in_sight]]]
-
-    def enclosed(self, points, normals):
-        """(m,) Whether walls fill all that points (m, 3) would see of them, so that all their factors sum to 1."""
-        r, s = (a.ravel() for a in np.meshgrid(np.arange(len(points)), self.walls, indexing="ij"))
-        shape = self.shape[s]
-        height = np.einsum("ni,ni->n", points[r] - self.centre[shape], self.normal[shape]) * self.sign[s]
-        r, corners = r[height > 0], self.table.corners.transpose(2, 1, 0)[shape[height > 0]]
-        free = np.bincount(r, polygon_unoccluded(points[r], normals[r], corners), minlength=len(points))
-        return np.abs(free - 1) < CLOSED
-
-    def silent(self, senders):
-        """Surfaces in sight other than the senders: the sum of all factors needs theirs too."""
-        return np.setdiff1d(self.in_sight, senders)
-
-    def sum_tells(self, senders):
-        """Whether it pays to take a factor of one of the senders from the sum, where walls enclose a point."""
-        return bool(len(self.walls) and len(senders) and len(self.silent(senders)) <= SILENT)
-
-    def closed(self):
-        """Whether walls enclose the scene: all around its middle."""
-        middle = self.centre.mean(axis=0)  # of what walls bound, which is convex
-        return bool(self.enclosed(np.tile(middle, (6, 1)), np.concatenate([np.eye(3), -np.eye(3)])).all())
-
     def _heights(self):
-        """(shapes, shapes) m: least and greatest height of shape k over the plane of shape p (0, 0 for spheres p)."""
+        """(shapes, shapes) m: least and greatest height of shape k over the plane of shape p; without end of balls p,
+        which have none."""
         low = np.einsum("pi,ki->pk", self.normal, self.centre)
         low -= np.einsum("pi,pi->p", self.normal, self.centre)[:, None]
         high = low.copy()
@@ -86,6 +46,8 @@ class Shafts:
             below, above = shape.extent(self.normal)
             low[:, k] += below
             high[:, k] += above
+        round_ = self.table.by_kind(np.arange(len(low)))[0]
+        low[round_], high[round_] = -np.inf, np.inf
         return low, high
 
     def may_hide(self, a, b, around=None):
@@ -106,7 +68,7 @@ class Shafts:
             # a plane hides something only if it has part of the pair on either side
             low = np.minimum(self.low[:, sa], self.low[:, sb]).T
             high = np.maximum(self.high[:, sa], self.high[:, sb]).T
-            part &= ~self.is_plane | ((low < -self.eps) & (high > self.eps))
+            part &= (low < -self.eps) & (high > self.eps)
             keep[known] = part if around is not None else part & self._near_axis(self.centre[sa], self.radius[sa], sb)
             keep[known, sa] = self.shell[a[known], sb]
         return keep
@@ -121,8 +83,7 @@ class Shafts:
     def _not_behind(self):
         """(surfaces, shapes) False where the shape lies wholly behind the surface, a plane."""
         sign = self.sign[:, None]
-        ahead = np.maximum(sign * self.low[self.shape], sign * self.high[self.shape]) > self.eps
-        return ahead | ~self.is_plane[self.shape][:, None]
+        return np.maximum(sign * self.low[self.shape], sign * self.high[self.shape]) > self.eps
 
     def _near_axis(self, centre, radius, sb):
         """False where the shape's bounding sphere misses the hull of spheres (p, 3), (p,) and those around sb (p,)."""
@@ -136,7 +97,7 @@ class Shafts:
         distance2 -= 2 * centre @ shapes.T
         across = np.sqrt(np.maximum(distance2 - along**2, 0.0))
         # where |offset - t axis| - (radius + t wider) is least: past the foot by the slope of the hull
-        slope = np.clip(wider / length, -STEEPEST, STEEPEST)
+        slope = np.clip(wider / length, TINY - 1, 1 - TINY)
         past = slope * across / np.sqrt(1 - slope**2)
         t = np.clip((along + past) / length, 0.0, 1.0)
         return across**2 + (along - t * length) ** 2 < (self.radius + (self.eps + radius)[:, None] + t * wider) ** 2
@@ -146,7 +107,7 @@ class Shafts:
         if not self.obstacle.any() and (a >= 0).all():
             return np.zeros((len(a), 0), int)
         lists = [np.zeros((0, 0), int)]
-        step = max(1, ENTRIES // len(self.radius))
+        step = max(1, AT_ONCE // len(self.radius))
         for start in range(0, len(a), step):
             part = slice(start, start + step)
             keep = self.may_hide(a[part], b[part], around and [value[part] for value in around])
@@ -174,7 +135,7 @@ class Shafts:
     def in_view(self, points, normals, corners, occluders):
         """Of candidates (n, k) those that points (n, 3) with normals (n, 3) may see before polygons (n, 4, 3)."""
         lists = [np.zeros((0, 0), int)]
-        step = max(1, VIEWS // max(occluders.shape[1], 1))
+        step = max(1, AT_ONCE // max(occluders.shape[1], 1))
         for start in range(0, len(points), step):
             part = slice(start, start + step)
             x, n = np.ascontiguousarray(points[part].T), np.ascontiguousarray(normals[part].T)
@@ -214,30 +175,37 @@ class Factors:
 
     def by_kind(self, source):
         """Indices (k,) into sources (m,), surfaces: planes, balls seen from outside, balls seen from within."""
-        return [np.flatnonzero(self.kind[source] == kind) for kind in range(ROOM + 1)]
+        return [np.flatnonzero(self.kind[source] == kind) for kind in range(3)]
 
     def facing(self, points, source):
         """(m,) Whether points (m, 3) are before the planes of sources (m,)."""
         front = self.front.take(source, axis=0)
         return np.einsum("ni,ni->n", points - self.origin.take(source, axis=0), front) > self.scene.tolerance
 
-    def pairs(self, points, normals, surface, source):
-        """points, normals (m, 3) on surfaces (m,) (-1: free), source surfaces (m,) -> form factors (m,)"""
+    def pairs(self, points, normals, surface, source, occluders=None):
+        """points, normals (m, 3) on surfaces (m,) (-1: free), source surfaces (m,) -> form factors (m,)
+
+        occluders (m, k): candidates padded with -1, if known.
+        """
+
+        def visible(k, corners=None, sky=False):
+            x, n, known = points.take(k, axis=0), normals.take(k, axis=0), None if occluders is None else occluders[k]
+            return self.visible(x, n, surface[k], source[k], corners, sky, known)
+
         out = np.zeros(len(points))
         flat, ball, room = self.by_kind(source)
         x, n, corners = points.take(flat, axis=0), normals.take(flat, axis=0), self.corners.take(source[flat], axis=0)
         above = np.einsum("nki,ni->nk", corners - x[:, None], n).max(axis=1) > 0
         keep = np.flatnonzero(self.facing(x, source[flat]) & above)
-        flat, x, n, corners = flat[keep], *(a.take(keep, axis=0) for a in (x, n, corners))
-        out[flat] = self.visible(x, n, surface[flat], source[flat], corners)
+        out[flat[keep]] = visible(flat[keep], corners.take(keep, axis=0))
         ball = ball[self.elsewhere(surface[ball], source[ball])]
         ball = ball[~self.inside(points[ball], source[ball])]
-        out[ball] = self.visible(points.take(ball, axis=0), normals.take(ball, axis=0), surface[ball], source[ball])
+        out[ball] = visible(ball)
         elsewhere = self.elsewhere(surface[room], source[room])
         room = room[(surface[room] == source[room]) | (elsewhere & self.inside(points[room], source[room]))]
         for s in np.unique(source[room]):
             part = room[source[room] == s]
-            out[part] = self.visible(points[part], normals[part], surface[part], source[part], sky=True)
+            out[part] = visible(part, sky=True)
         return out
 
     def elsewhere(self, surface, source):
@@ -264,7 +232,7 @@ class Factors:
         own = np.where(surface >= 0, self.shafts.shape[surface], -1)
         occluders = np.tile(np.arange(len(self.scene.shapes)), (len(points), 1))
         occluders[occluders == own[:, None]] = -1  # a convex shape hides nothing from its own points
-        open_air = np.flatnonzero(~((surface >= 0) & (self.kind[surface] == ROOM)))
+        open_air = np.flatnonzero(~((surface >= 0) & self.shafts.inside[surface]))
         out = np.zeros(len(points))
         x, n, nowhere = points[open_air], normals[open_air], np.full(len(open_air), -1)
         out[open_air] = visible_factors(self.shafts.table, x, n, nowhere, None, occluders[open_air], True, self.counts)
@@ -280,8 +248,8 @@ class Factors:
         r = np.concatenate([np.repeat(part, len(wanted)) for part, wanted in zip(parts, sources)])
         s = np.concatenate([np.tile(wanted, len(part)) for part, wanted in zip(parts, sources)]).astype(int)
         value = np.empty(len(r))
-        for start in range(0, len(r), PAIRS):
-            k = slice(start, start + PAIRS)
+        for start in range(0, len(r), AT_ONCE):
+            k = slice(start, start + AT_ONCE)
             value[k] = self.pairs(points.take(r[k], axis=0), normals.take(r[k], axis=0), surface[r[k]], s[k])
         ends = np.cumsum([len(part) * len(wanted) for part, wanted in zip(parts, sources)])
         for rows, part, some in zip(out, parts, np.split(value, ends[:-1])):

@@ -163,7 +163,7 @@ def _work(counts):
         return {"rays": counts["rays"], "shadow_rays": counts.get("shadow rays", 0)}
     return {
         "links": counts.get("links", 0), "visibility_done": counts.get("exact", 0) + counts.get("sampled", 0),
-        "visibility_left_out": counts.get("free", 0) + counts.get("from the sum", 0),
+        "visibility_left_out": counts.get("free", 0),
     }  # fmt: skip
 
 

@@ -10,17 +10,17 @@ from ..deadline import above_target, is_over
 from ..each_surface import OWN
 from ..signs_of_life import in_thread, mapped
 from .check import Check
-from .light import SolvedLight
+from .light import SOLVED, SolvedLight
 from .refinement import Refinement
 from .solution import Solution
-from .transport import SMALLER, Transport, check_memory
+from .transport import Transport
 
 COARSEST = 0.16  # relative error aimed at by the first round
 STEP = 4.0  # each further round aims at most this much lower
-SOLVER_SHARE = 0.02  # relative residual of the linear system, of the round's target
 MAX_ROUNDS = 12  # refinements towards one target
 SAMPLES = 128  # points where the residual is measured each round; half of them on the way to the target
 FULL = "the field is as fine as the memory allows"
+SMALLER = "leave small objects out of the scene (hide them from renders) or join flat ones into larger planes"
 
 
 class Approach:
@@ -70,7 +70,7 @@ class Approach:
         yield from self.light.extend()
         if self.transport.full:
             return
-        yield from self.light.solve(SOLVER_SHARE * self.refinement.solver_share * target)
+        yield from self.light.solve(SOLVED * self.refinement.solver_share * target)
         yield from self.light.divide(target)
         promised = self.check.promise()
         if last or promised <= target or self.transport.crowded:
@@ -91,7 +91,6 @@ class Approach:
 
 def link_steps(scene, target_error, time_limit, enough=lambda: False):
     """Generator of (error, seconds); returns the Solution with its warnings. Closing it cancels."""
-    check_memory(scene)
     begun = time.perf_counter()
     set_up = in_thread(Approach, scene, target_error)
     approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun))

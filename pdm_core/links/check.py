@@ -7,17 +7,14 @@ import numpy as np
 from .. import each_surface
 from ..contacts import contacts_of
 from ..error_estimates import Look, Residual, leaf_errors, sample_points, source_defect
-from ..error_flow import Flow, norms
+from ..error_flow import ONE_SIGNED, ROUGHLY, Flow, norms
 from ..numerics import Rows, gmres
 
 SEED = 20  # of the samples: runs repeat
 LOOKS = 4  # sets of samples at most, where the error found hangs on one point
 FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 2.6  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
-CANCELLED = 0.25  # of what direct light makes alone, that is left where indirect light takes it back
-AMPLIFIED = 0.03  # relative residual in solving for an error
 ROUNDED = 0.2 * 2**-24  # of the light: what single precision costs, as a row's entries are off either way
-STIFF_OWN = 0.3  # of what amplified errors of sources come to on one surface alone
 
 
 class Check:
@@ -111,10 +108,10 @@ class Check:
         unsolved += np.copysign(ROUNDED, unsolved.sum()) * light.indirect
         right = np.concatenate([lit, lit + indirect, unsolved], axis=1)
         scatter = light.scatter(np.tile(rho, 3))
-        error = (yield from gmres(scatter, right, np.zeros_like(right), AMPLIFIED))[0]
+        error = (yield from gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0]
         # bends of direct and of indirect light may cancel, but are not known well enough to rely on it
         direct, both, rest = (size(error[:, k : k + 3]) for k in (0, 3, 6))
-        self.own_amplified = np.linalg.norm([both, CANCELLED * direct, rest], axis=0)
+        self.own_amplified = np.linalg.norm([both, ONE_SIGNED * direct, rest], axis=0)
         self.amplified_light, self.amplified_rest, self.amplified = (
             float(np.linalg.norm(v)) / light.norm for v in (direct, rest, self.own_amplified)
         )
@@ -157,7 +154,7 @@ class Check:
         received = rho * (yield from flow.received(error, leaf_errors(t.sent, rho[:, None] * light.lit)))
         self.flow, self.flow_received = flow, received
         self.told, self.own_promised = np.sqrt(found[1]), promised
-        received = np.hypot(norms(t.sent, received), STIFF_OWN * self.own_amplified)
+        received = np.hypot(norms(t.sent, received), ONE_SIGNED * self.own_amplified)
         own, self.own_here, self.own_passed = each_surface.own_errors(light.shared, found, promised, received)
         self.own_errors = SAFETY * np.where(own > 0, np.hypot(own, self.parts["solver"]), 0.0)
         # where surpluses are, as large as what points found on the surface

@@ -4,18 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..at_once import CACHED
 from ..closed_forms import divide, dot, polygon_unoccluded
 from ..field import basis
 from ..field_charts import graded, graded_slope
 from ..numerics import gauss_legendre
 from ..shadows import Shadows
+from ..tolerances import TINY
 
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
-PAIRS = 2048  # of points and source planes whose cells are sorted out at once
-LINKS = 4096  # pairs whose form factors are computed between two signs of life
 CLOSE = 0.5  # size over distance of a cell whose factor nine samples do not tell
 AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
-UNSEEN = 1e-9  # of the others' weight, hidden samples: where no sample is seen, they share out the exact factor
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
 _GAUSS, _WEIGHTS = (rule[:, None] for rule in gauss_legendre(3))
 _CHILDREN = np.array([(0, 0, 1, 1), (0, 1, 0, 1)])
@@ -56,11 +55,10 @@ class _Pairs:
 
 
 class FromPlanes:
-    """Of planes among the sources, all of which are surfaces that may reflect."""
+    """Of planes among the sources."""
 
-    def __init__(self, field, factors, planes, sources):
+    def __init__(self, field, factors, planes):
         self.field, self.factors, self.flat = field, factors, planes
-        self.silent, self.sum_tells = factors.shafts.silent(sources), factors.shafts.sum_tells(sources)
         linear = np.array([s.shape.linear for s in factors.scene.surfaces])
         u, v = linear[:, :, 0].T.copy(), linear[:, :, 1].T.copy()
         self.frame, self.metric = (factors.origin.T.copy(), u, v), np.stack([dot(u, u), dot(u, v), dot(v, v)])
@@ -72,11 +70,8 @@ class FromPlanes:
         self.extent = end - self.begin
         self.links = 0
 
-    def entries(self, x, n, own, detail, tol, balls):
-        """Yields entries of Gather of points (m, 3) m, normals (m, 3) on surfaces (m,) with tolerances (m,), and None.
-
-        balls (m,): the factors of all balls together.
-        """
+    def entries(self, x, n, own, detail, tol):
+        """Yields entries of Gather, and None, of points (m, 3) m, normals (m, 3), surfaces (m,) and tolerances (m,)."""
         r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.flat, indexing="ij"))
         ahead = self.factors.facing(x.take(r, axis=0), s)
         r, s = r[ahead], s[ahead]
@@ -90,8 +85,8 @@ class FromPlanes:
         shadows = Shadows(shafts.table, x, [axis.take(s, axis=1) for axis in self.frame], occluders)
         pairs = _Pairs(x, n, height, tol[r], own, s, occluders, shadows, foot, below, slope)
         links = []
-        for start in range(0, len(r), PAIRS):
-            chunk = np.arange(start, min(start + PAIRS, len(r)))
+        for start in range(0, len(r), CACHED):
+            chunk = np.arange(start, min(start + CACHED, len(r)))
             todo = self._whole(chunk, s[chunk])
             while len(todo.receiver):
                 todo, *done = self._sort_out(todo, pairs, detail)
@@ -104,43 +99,20 @@ class FromPlanes:
         pair, node, weight, partial = (np.concatenate(part) for part in zip(*links))
         share = np.bincount(pair, weight.sum(axis=1), minlength=len(r))
         hidden = np.bincount(pair, partial, minlength=len(r)) > 0
-        scale = yield from self._scales(pairs, r, share, hidden, balls)
+        scale = yield from self._scales(pairs, share, hidden)
         yield r[pair], node, weight * scale[pair][:, None]
 
-    def _scales(self, pairs, r, share, hidden, balls):
-        """What the samples of pairs (receiver, plane) are to be multiplied by (p,): they share out what the pair
-        exchanges, share (p,) in all by them; how much that is, is exact, and behind what may hide it where hidden (p,).
-
-        balls (m,): the factors of all balls together. Where all factors sum to 1 that tells the one of each
-        receiver's planes that the most shapes may hide.
-        """
+    def _scales(self, pairs, share, hidden):
+        """What the samples of pairs are to be multiplied by (p,): they share out what the pair exchanges, share (p,) in
+        all by them; how much that is, is exact, and behind what may hide it where hidden (p,); yields."""
         free, hidden = np.flatnonzero(~hidden & (share > 0)), np.flatnonzero(hidden)
-        closed = self._closed(pairs, r, hidden, len(balls))
-        cost = (pairs.occluders[hidden] >= 0).sum(axis=1)
-        order = hidden[np.lexsort((cost, r[hidden]))]
-        last = np.diff(r[order], append=len(balls)) > 0
-        left = order[last & closed[r[order]]]
-        value, corners = np.zeros(len(r)), self.factors.corners[pairs.source]
+        value, corners = np.zeros(len(share)), self.factors.corners[pairs.source]
         value[free] = polygon_unoccluded(pairs.points[free], pairs.normals[free], corners[free])
-        for k in parts(np.setdiff1d(hidden, left), LINKS):
-            s = pairs.source[k]
-            x, n, own = pairs.points[k], pairs.normals[k], pairs.surface[k]
+        for k in parts(hidden, CACHED):
+            x, n, own, s = pairs.points[k], pairs.normals[k], pairs.surface[k], pairs.source[k]
             value[k] = self.factors.visible(x, n, own, s, corners[k], occluders=pairs.occluders[k])
             yield
-        x, n, own = pairs.points[left], pairs.normals[left], pairs.surface[left]
-        others = balls + np.bincount(r, value, minlength=len(balls))
-        others = others[r[left]] + self.factors.matrix(x, n, own, self.silent, False).sum(axis=1)
-        value[left] = np.maximum(1.0 - others, 0.0)
-        self.factors.counts["from the sum"] += len(left)
         return divide(value, share)
-
-    def _closed(self, pairs, r, hidden, count):
-        """(count,) Whether all factors of a receiver are known to sum to 1."""
-        closed = np.zeros(count, bool)
-        if self.sum_tells:
-            first = hidden[np.unique(r[hidden], return_index=True)[1]]
-            closed[r[first]] = self.factors.shafts.enclosed(pairs.points[first], pairs.normals[first])
-        return closed
 
     def _whole(self, pair, source):
         """The root cells of planes source (n,), for pairs (n,)."""
@@ -220,7 +192,7 @@ class FromPlanes:
         keep = np.flatnonzero(~unsure)
         self.links += len(keep)
         scale = factor / kernel.sum(axis=(0, 1))
-        kernel = (np.where(hidden, UNSEEN, 1.0) * kernel * scale).take(keep, axis=2)
+        kernel = (np.where(hidden, TINY, 1.0) * kernel * scale).take(keep, axis=2)
         a, b = np.moveaxis(basis(cells.origin.take(keep, axis=1)[:, None] + cells.width[keep] * _GAUSS), -1, 1)
         weights = np.einsum("ign,jhn,ghn->ijn", a, b, kernel, optimize=["einsum_path", (0, 2), (0, 1)])
         weights = weights.reshape(9, -1).T

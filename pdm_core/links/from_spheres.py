@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from ..at_once import AT_ONCE, CACHED
 from ..numerics import gauss_legendre
 from ..shapes.shape import unit
-from .from_planes import LINKS, parts
+from .from_planes import parts
 
 _SIZES = ((1, 1), (1, 4), (2, 8), (4, 16), (8, 24))  # rings x directions sampled over a sphere's outline
 
@@ -16,10 +17,10 @@ class FromSpheres:
         self.field, self.factors, self.balls, self.rooms = field, factors, balls, rooms
 
     def from_balls(self, x, n, own, detail, tol):
-        """Yields entries; returns the factors (m,) of all balls together."""
+        """Yields entries of Gather, see FromPlanes.entries."""
         r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.balls, indexing="ij"))
         factor = np.empty(len(r))
-        for k in parts(np.arange(len(r)), LINKS):
+        for k in parts(np.arange(len(r)), CACHED):
             factor[k] = self.factors.pairs(x.take(r[k], axis=0), n.take(r[k], axis=0), own[r[k]], s[k])
             yield None
         lit = factor > 0
@@ -27,10 +28,9 @@ class FromSpheres:
         error = factor * detail.surface[s] / np.maximum(tol[r], 1e-300)
         size = np.clip(np.ceil(np.log(np.maximum(error, 1e-3)) / np.log(4)), 0, len(_SIZES) - 1).astype(int)
         for k, (rings, turns) in enumerate(_SIZES):
-            for part in parts(np.flatnonzero(size == k), 65536 // (rings * turns)):
+            for part in parts(np.flatnonzero(size == k), AT_ONCE // (rings * turns)):
                 i = r[part]
                 yield self._sample_cone(x.take(i, axis=0), n.take(i, axis=0), s[part], factor[part], i, rings, turns)
-        return np.bincount(r, factor, minlength=len(x))
 
     def _sample_cone(self, x, n, s, factor, r, rings, turns):
         """Directions spread over the outline of ball s, in the space where it is round: (entries of one size)."""
@@ -71,7 +71,7 @@ class FromSpheres:
             occluders = self.factors.shafts.for_pairs(x[lit], own[lit], surface[lit])
             error = factor[lit].max(initial=0) * detail.surface[s] / max(tol.min(initial=1), 1e-300)
             rings, turns = ((2, 8), (4, 16), (8, 32))[int(np.searchsorted((10, 100), error))]
-            for part in parts(np.arange(len(lit)), 65536 // (rings * turns)):
+            for part in parts(np.arange(len(lit)), AT_ONCE // (rings * turns)):
                 k = lit[part]
                 yield self._sample_dome(x[k], n[k], s, factor[k], k, occluders[part], rings, turns)
 

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..at_once import CACHED
 from ..numerics import Block
 from .from_planes import FromPlanes, parts
 from .from_spheres import FromSpheres
 
-RECEIVERS = 1024  # in a block of rows
-FACTORS = 1 << 13  # of whole surfaces in a block of rows: few large calls, but signs of life between
 BLOCK = 128  # rows of a dense block: neighbours, which use much the same nodes
 
 
@@ -32,7 +31,7 @@ class Gather:
     def __init__(self, field, factors, sources):
         self.field, self.factors = field, factors
         self.flat, self.balls, self.rooms = (sources[k] for k in factors.by_kind(sources))
-        self.planes = FromPlanes(field, factors, self.flat, sources)
+        self.planes = FromPlanes(field, factors, self.flat)
         self.spheres = FromSpheres(field, factors, self.balls, self.rooms)
         self.by_surface = np.argsort(field.node_surface, kind="stable")  # nodes in the order of a block's columns
         self.rank = np.argsort(self.by_surface)
@@ -47,7 +46,7 @@ class Gather:
 
         tolerance (m,): of one link, in detail's units.
         """
-        step = int(np.clip(FACTORS // max(len(self.flat) + len(self.balls) + len(self.rooms), 1), 64, RECEIVERS))
+        step = max(2 * CACHED // max(len(self.flat) + len(self.balls) + len(self.rooms), 8), BLOCK)
         for some in parts(np.arange(len(points)), step):
             entries = []
             for entry in self._entries(points[some], normals[some], surface[some], detail, tolerance[some]):
@@ -76,10 +75,9 @@ class Gather:
             yield Block(some, self.by_surface[columns], dense.astype(np.float32).reshape(len(some), len(columns)))
 
     def _entries(self, x, n, own, detail, tol):
-        balls = np.zeros(len(x))
         if len(self.balls):
-            balls = yield from self.spheres.from_balls(x, n, own, detail, tol)
+            yield from self.spheres.from_balls(x, n, own, detail, tol)
         if len(self.flat):
-            yield from self.planes.entries(x, n, own, detail, tol, balls)
+            yield from self.planes.entries(x, n, own, detail, tol)
         if len(self.rooms):
             yield from self.spheres.from_rooms(x, n, own, detail, tol)

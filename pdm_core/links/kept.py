@@ -5,7 +5,7 @@ import numpy as np
 from ..checked import SceneError
 from ..error_flow import areas_of_nodes
 from ..kept import KeptGroups, group
-from .received import UNSEEN
+from ..tolerances import TINY
 
 
 class KeptLinks(KeptGroups):
@@ -59,7 +59,7 @@ class KeptLinks(KeptGroups):
             own = np.flatnonzero(self.group_surface == transport.reflectors[e])
             seen = received.factors[:, e]
             overall = columns[:, own].sum(axis=0) / max(seen.sum(), 1e-30)
-            known = (seen > UNSEEN)[:, None]
+            known = (seen > TINY)[:, None]
             value[:, own] = np.where(known, columns[:, own] / np.where(known, seen[:, None], 1.0), overall)
             scale[:, own] = factor[:, None]
         return transport.field.conform_of(received.leaves, received.local, value), scale

@@ -10,8 +10,8 @@ import copy
 import numpy as np
 
 from ..error_estimates import DECAY, decay
+from ..tolerances import TINY
 
-UNSEEN = 1e-12  # factor of a source of which nothing is seen
 MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
 
 
@@ -43,7 +43,7 @@ class Received:
         around = (weight[nodes][..., None] * means[nodes]).sum(axis=1)
         np.add.at(share, nodes, near[:, None])
         np.add.at(total, nodes, around[:, None])
-        unseen = weight <= UNSEEN
+        unseen = weight <= TINY
         means = means.copy()
         guess = np.where((share > 0)[..., None], total / np.maximum(share, 1e-300)[..., None], overall)
         means[unseen] = guess[unseen]

@@ -11,18 +11,16 @@ from .light import Precision
 
 LINK_SHARE, MANY = 0.2, 0.0025  # tolerance of one link, of the round's target; below that one links are many: less
 NOISY = 1.2  # error found, of the error the surpluses promise, that only links can make
-SHARPER = 0.5  # part of it to go on with where links turn out to be what most of the error comes from
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
 LIGHT_NODES = 0.6  # of the memory: what direct light may take, lest none be left for the rest
 CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
 CONTACT_LEAST = 0.05  # target that contacts of spheres are resolved for in any case: coarser ones do not see them
 FLAT = 0.133  # of that size in gaps between planes, which are as large as they
 CONTACT_OWN = 6.0  # sides of a square as large as the smaller of the two shapes: the same of its own light
-SURE = 0.7  # lower than what was found asks for: the halves of what is split have errors of their own
-BLAMED = 0.3  # of what a surface's own error may be: what comes with the light
+SURE = 0.7  # lower than what was found asks for: the halves of what is split, and the rest, have errors of their own
 MOST_STRAIN = 16.0  # how much finer links get there
 LENIENT = 3.0  # surpluses alone promise too much in gaps: what is found there decides
-HALVED = 0.5  # of the error expected on a surface, what a refinement leaves where its own is too large
+HALVED = 0.5  # of the error expected on a surface, or of links', what is left where that is too large
 TIGHTER, TIGHTEST = 0.03, 1e-5  # tolerance of the solver, of the last, where its rest is most of the error; the least
 STRAIGHTER = 0.3  # part of the bends of the sources that a refinement leaves, where they are most of the error
 REFINE_TO = 0.9 / SAFETY  # of the target: what a refinement leaves in the leaves not split
@@ -69,7 +67,7 @@ class Refinement:
         share = CONTACT_SHARE * min(target, CONTACT_LEAST)
         flat = FLAT * target / min(target, CONTACT_LEAST)
         smallest = share * np.sqrt(t.area)
-        return crowded(t.field, smallest, np.minimum(smallest, share * CONTACT_OWN * own), flat, t.reached)
+        return crowded(t.field, np.minimum(smallest, share * CONTACT_OWN * own), flat, t.reached)
 
     def link_up(self, target):
         """Drop all rows; those to come have links fit for `target`."""
@@ -127,7 +125,7 @@ class Refinement:
         one_sided = parts.get("gather", 0.0) >= max(parts.get("discretisation", 0.0), parts.get("sent", 0.0))
         if not self.check.fresh or not (one_sided or self.check.optimism > NOISY):
             return False
-        self.sharpness *= SHARPER
+        self.sharpness *= HALVED
         self.link_up(self.link_target)
         return True
 
@@ -141,7 +139,7 @@ class Refinement:
         mended = mended[noisy & (self.strain[mended] < MOST_STRAIN)]
         if not len(mended):
             return False
-        self.strain[mended] /= SHARPER
+        self.strain[mended] /= HALVED
         self.transport.drop(np.flatnonzero(np.isin(self.transport.field.node_surface, mended)))
         self._be_precise(self.light.precision.tolerance)
         return True
@@ -178,7 +176,7 @@ class Refinement:
     def _blamed(self, target):
         """Leaves of the field whose errors, passed on with the light, make own errors elsewhere too large; yields."""
         check, light, t = self.check, self.light, self.transport
-        far = check.too_large(target) & (check.own_passed > BLAMED * each_surface.OWN * target / SAFETY)
+        far = check.too_large(target) & (check.own_passed > SURE * each_surface.OWN * target / SAFETY)
         if not far.any():
             return np.zeros(0, int)
         own, norm = t.sent.node_surface, np.maximum(light.shared.norm, 1e-300)

@@ -6,19 +6,17 @@ from collections import Counter
 
 import numpy as np
 
+from ..at_once import CACHED
 from ..checked import SceneError
 from ..contacts import settled_again
 from ..plan import reached_by_light
 from ..read_off import ReadOff, check_same_shapes, oriented, runs_of
-from ..signs_of_life import finish
+from ..signs_of_life import TICK, finish
 from .check import SAFETY
 from .kept import KeptLinks
-from .light import SolvedLight
+from .light import SOLVED, SolvedLight
 
-EVALUATE = 1 << 13  # points evaluated at once, at most
 FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
-CHUNK_SECONDS = 0.08  # a window stays usable when each takes about this long, and larger chunks gain little
-RELIT = 1e-2  # relative residual of the linear system, of the error
 
 
 class Solution(ReadOff):
@@ -45,7 +43,7 @@ class Solution(ReadOff):
             part = slice(done, done + chunk)
             out[part] = self._light.incident(surface[part], points[part] - self._light.transport.origin)
             speed = chunk / max(time.perf_counter() - begun, 1e-6)
-            done, chunk = done + chunk, int(np.clip(speed * CHUNK_SECONDS, FIRST_CHUNK, EVALUATE))
+            done, chunk = done + chunk, int(np.clip(speed * TICK, FIRST_CHUNK, CACHED))
             yield min(done / len(points), 1.0)
         return np.maximum(out, 0.0)
 
@@ -55,8 +53,8 @@ class Solution(ReadOff):
         on, sent, out = np.empty(points.shape), transport.sent, np.empty(len(points))
         for k, mine in runs_of(surface):
             on[mine] = self.scene.surfaces[k].shape.project(points[mine]) - transport.origin
-        for start in range(0, len(points), EVALUATE):
-            part = slice(start, start + EVALUATE)
+        for start in range(0, len(points), CACHED):
+            part = slice(start, start + CACHED)
             placed = sent.locate(surface[part], sent.local(surface[part], on[part]))
             out[part] = sent.interpolate(placed, self._check.node_error[:, None])[:, 0]
             yield start / len(points)
@@ -73,7 +71,7 @@ class Solution(ReadOff):
         self._need_rows("relight")
         check_same_shapes(self.scene, scene)
         check = self._check.under(_under_other_light(self._light, scene))
-        finish(check.light.solve(RELIT * max(self.error, 1e-6)))
+        finish(check.light.solve(SOLVED * max(self.error, 1e-6)))
         finish(check.light.divide(self.error))
         finish(check.again())
         return Solution(scene, check, [(time.perf_counter() - begun, check.error)])
@@ -82,7 +80,7 @@ class Solution(ReadOff):
         """Kept of points (n, 3) m of surfaces (n,): generator of the fraction done."""
         self._need_rows("kept")
         kept = KeptLinks(self.scene, self._light, surface, points)
-        yield from kept.steps(self._light, EVALUATE // 8)
+        yield from kept.steps(self._light, CACHED // 4)
         return kept
 
     def _need_rows(self, what):

@@ -8,7 +8,7 @@ from collections import Counter
 
 import numpy as np
 
-from ..checked import SceneError
+from ..at_once import CACHED
 from ..contacts import contacts_of, settle
 from ..field import Field
 from ..numerics import Rows
@@ -16,11 +16,8 @@ from ..plan import MEMORY, plan
 from ..visibility import Factors, Shafts
 from .gather import Gather
 
-FACTORS = 1 << 10  # of lights, and of the background as many as there are shapes, between two signs of life
 CELL_NODES = 20  # that splitting a cell adds, with the neighbours that have to follow
 DENSER = 1.2  # what the next rows may take, of what the last ones took
-FEWEST_NODES, USUAL_NODES = 15, 25  # that a surface starts with
-SMALLER = "leave small objects out of the scene (hide them from renders) or join flat ones into larger planes"
 
 
 class Transport:
@@ -36,8 +33,6 @@ class Transport:
         self.counts = Counter()
         self.factors = Factors(self.scene, Shafts(self.scene), self.counts)
         self.plan = plan(self.scene, target_error, shafts=self.factors.shafts)
-        if self.plan.counts["nodes"] > _most_nodes():
-            raise SceneError(_too_many(scene))
         scene, self.reached = self.scene, self.plan.reached
         self.area = scene.areas[self.reached].sum() or scene.areas.sum()  # m^2, of what light may come to
         self.field = Field(scene)
@@ -97,7 +92,7 @@ class Transport:
 
     def received_directly(self, points, normals, surface):
         """As direct; yields."""
-        step = max(1, FACTORS // (len(self.lights) + len(self.scene.shapes) * self.background + 1))
+        step = max(1, CACHED // 4 // (len(self.lights) + len(self.scene.shapes) * self.background + 1))
         parts = [np.zeros((0, len(self.lights) + 1))]
         for start in range(0, len(points), step):
             k = slice(start, start + step)
@@ -186,18 +181,3 @@ class Transport:
         # (rows + more) (columns + more) = entries
         more = (np.sqrt((columns - rows) ** 2 + 4 * entries) - rows - columns) / 2
         return int(max(more, 0.0)) // CELL_NODES
-
-
-def check_memory(scene):
-    """Raises SceneError for more surfaces than the memory can hold, at once: without a look at what they are."""
-    if len(scene) * FEWEST_NODES > _most_nodes():
-        raise SceneError(_too_many(scene))
-
-
-def _too_many(scene):
-    return f"{len(scene)} surfaces are more than the memory can hold, about {_most_nodes() // USUAL_NODES}; {SMALLER}"
-
-
-def _most_nodes():
-    """That the memory has room for rows of."""
-    return int(np.sqrt(MEMORY / 4))

@@ -4,9 +4,9 @@ from functools import cached_property
 
 import numpy as np
 
+from ..at_once import AT_ONCE
 from ..closed_forms import kernel, polygon_unoccluded
 
-PAIRS = 1 << 16  # of points and triangles at once
 TRIANGLES = 256  # of a mesh, up to which its light is a sum of closed forms
 CLUSTER = 16  # of them in a cluster at most, of larger ones
 MOST_CLUSTERS = 512
@@ -25,7 +25,7 @@ class MeshLight:
         if len(self.mesh.triangles) > TRIANGLES:
             return self._of_clusters(points, normals)
         corners, n, out = self.corners, self.normals, np.zeros(len(points))
-        step = max(1, PAIRS // len(corners))
+        step = max(1, AT_ONCE // len(corners))
         for start in range(0, len(points), step):
             x, m = points[start : start + step], normals[start : start + step]
             ahead = np.einsum("pti,ti->pt", x[:, None] - corners[:, 0], n) > 0
@@ -37,7 +37,7 @@ class MeshLight:
     def _of_clusters(self, points, normals):
         """From afar a cluster of triangles is one point; those of near ones are summed each."""
         clusters, corners, n, out = self.clusters, self.corners, self.normals, np.zeros(len(points))
-        step = max(1, PAIRS // len(clusters.area))
+        step = max(1, AT_ONCE // len(clusters.area))
         for start in range(0, len(points), step):
             x, m = points[start : start + step], normals[start : start + step]
             k = kernel(clusters.place, clusters.normal, x, m)
@@ -48,7 +48,7 @@ class MeshLight:
             if not len(r):
                 continue
             count = clusters.count[c]
-            cuts = np.unique(np.searchsorted(np.cumsum(count), np.arange(0, count.sum(), PAIRS)))
+            cuts = np.unique(np.searchsorted(np.cumsum(count), np.arange(0, count.sum(), AT_ONCE)))
             for first, last in zip(cuts, np.append(cuts[1:], len(r))):
                 many = count[first:last]
                 who = start + np.repeat(r[first:last], many)

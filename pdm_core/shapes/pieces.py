@@ -3,9 +3,10 @@
 import numpy as np
 
 from ..outlines import edges_of
+from ..tolerances import TINY
 from .plane import Plane
 
-ALIGNED, NARROW = 1e-12, 1e-5  # of the longer side: how straight edges are, and how far from each other, of rectangles
+NARROW = 1e-5  # of the longer side: how far apart edges of rectangles are
 
 
 def rectangles(polygon):
@@ -14,10 +15,10 @@ def rectangles(polygon):
     corner, axes, sides = polygon._chart
     p, q = edges_of(polygon._flat_loops)
     size = sides.max()
-    if (np.abs(q - p).min(axis=1) > ALIGNED * size).any():
+    if (np.abs(q - p).min(axis=1) > TINY * size).any():
         return None
-    y = _apart(np.concatenate([p[:, 1], q[:, 1]]), ALIGNED * size)
-    x = _apart(p[:, 0], ALIGNED * size)
+    y = _apart(np.concatenate([p[:, 1], q[:, 1]]), TINY * size)
+    x = _apart(p[:, 0], TINY * size)
     if min(np.diff(x).min(), np.diff(y).min()) < NARROW * size:
         return None
     upright = np.abs(q - p)[:, 1] > NARROW * size

@@ -8,11 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from ..at_once import CACHED
 from ..checked import SceneError, array
 from ..closed_forms import cross, divide, dot, edge_sum
 from ..coincident import REACHES
 from ..ears import few_and_convex, triangulated
 from ..outlines import crossing, edges_of, enclosed, moments, nearest_on_edges, signed_area, without_repeats
+from ..tolerances import TOUCHING
 from .pieces import rectangles
 from .plane import Facet
 from .shape import FLATTEST, INSET, Flat, square_lattice, unit
@@ -20,12 +22,7 @@ from .triangles import into_triangles, spread_over
 
 FLAT = 1e-4  # of the extent: corners no further from their plane are put into it, single precision's among them
 SINGLE = 4 * 2**-24  # of the coordinates: what single precision and a matrix may move corners by
-TOUCHING = 1e-6  # of the extent: by how much edges must cross each other, and holes leave the outline, to be refused
-MISSED = 1e-6  # of the area: triangles that differ from it by more do not fill an outline that is simple
 LONGEST = 64  # edges among which the bounding rectangle's direction is sought
-STRAIGHT = 1e-6  # of the extent: corners nearer to the line between their neighbours are no corners to a ray
-TIED = 1e-4, 1e-6  # relative: areas of rectangles, and lengths of their edges, that count as equal
-ENTRIES = 16384  # (point, edge) pairs in one contour integral: their arrays stay in a second-level cache
 TRIES = 64  # points of the lattice, of those wanted, that are tried before triangles are gone through
 
 
@@ -106,8 +103,8 @@ class Polygon(Flat):
         f = np.cross(self.normal, e)
         along, across = (p - p[0]) @ e.T, (p - p[0]) @ f.T
         area = np.ptp(along, axis=0) * np.ptp(across, axis=0)
-        least = area <= (1 + TIED[0]) * area.min()
-        k = np.flatnonzero(least & (length[some] >= (1 - TIED[1]) * length[some][least].max()))[0]
+        least = area <= (1 + FLAT) * area.min()
+        k = np.flatnonzero(least & (length[some] >= (1 - TOUCHING) * length[some][least].max()))[0]
         low = along[:, k].min(), across[:, k].min()
         return p[0] + low[0] * e[k] + low[1] * f[k], np.stack([e[k], f[k]]), np.ptp([along[:, k], across[:, k]], axis=1)
 
@@ -146,7 +143,7 @@ class Polygon(Flat):
     def few_triangles(self):
         """As triangles, but without the corners that lie straight on between their neighbours: for rays, which no seam
         lets through."""
-        straight = [_straight_on(loop, STRAIGHT * self._extent) for loop in self._flat_loops]
+        straight = [_straight_on(loop, TOUCHING * self._extent) for loop in self._flat_loops]
         if not any(s.any() for s in straight):
             return self.triangles
         kept = [~s if (~s).sum() > 2 else np.ones(len(s), bool) for s in straight]
@@ -189,7 +186,7 @@ class Polygon(Flat):
         area, centroid, spread = self._moments
         centre = corner + centroid @ axes
         reach = np.abs((self.outline - centre) @ REACHES.T).max(axis=0)
-        if area < (1 - TIED[1]) * sides.prod():
+        if area < (1 - TOUCHING) * sides.prod():
             along = REACHES @ axes.T
             reach = reach + np.sqrt(np.einsum("ki,ij,kj->k", along, spread, along))
         return np.concatenate([centre, np.sqrt(area) * self.normal, reach])
@@ -264,7 +261,7 @@ class Polygon(Flat):
         ends = np.cumsum([0, *map(len, self._loops)])
         following = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in zip(ends[:-1], ends[1:])])
         out = np.empty(len(points))
-        step = max(1, ENTRIES // len(following))
+        step = max(1, CACHED // len(following))
         for start in range(0, len(points), step):
             part = slice(start, start + step)
             x, n = (np.ascontiguousarray(a[part].T)[:, None] for a in (points, normals))
@@ -307,7 +304,8 @@ def _what_crosses(polygon, size):
             if (away & enclosed(hole, others)).any():
                 return f"its hole {k} is within another one; remove it"
     filled = np.linalg.norm(np.cross(*np.diff(polygon.triangles, axis=1).swapaxes(0, 1)), axis=1).sum() / 2
-    if not polygon.area > FLATTEST * size**2 or abs(filled - polygon.area) > MISSED * polygon.area + FLATTEST * size**2:
+    least = FLATTEST * size**2
+    if not polygon.area > least or abs(filled - polygon.area) > TOUCHING * polygon.area + least:
         return "its outline or a hole runs over itself; give it one that encloses each place once"
     return None
 

@@ -54,6 +54,7 @@ class Shape:
     is_rectangle = False
     is_mesh = False  # whether parts of it may hide others
     plural = None  # of what links do not know as it is
+    bend = np.inf  # m; least radius of what is round
     lift = 0.0  # m; what points are lifted off it that stand for its light
     wraps = False  # whether its second parameter runs around it
     first_cells = 1, 1  # along its parameters, where an integral over it begins
@@ -71,6 +72,10 @@ class Shape:
         """local (n, 3) -> points (n, 3) m."""
         local = np.asarray(local, float)
         return self.origin + local @ self.linear.T + local[:, :1] * local[:, 1:2] * self.twist
+
+    def gap(self, points):
+        """points (n, 3) m -> (n,) m from it"""
+        return np.linalg.norm(points - self.project(points), axis=1)
 
     @property
     def pieces(self):

@@ -60,6 +60,16 @@ class Sphere(Shape):
         return self.world(lattice(count))
 
     @property
+    def bend(self):
+        """m; least radius."""
+        return self.semi_axes[2]
+
+    def gap(self, points):
+        """points (n, 3) m outside -> (n,) m from it, at most"""
+        local = self.local(points)
+        return self.semi_axes[2] * np.maximum(np.sqrt(np.einsum("ni,ni->n", local, local)) - 1, 0.0)
+
+    @property
     def normal(self):
         """(3,) None for all of it: 0."""
         return np.zeros(3)

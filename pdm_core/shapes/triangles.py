@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from ..at_once import AT_ONCE
 from .shape import square_lattice
 
 INNER = 2e-3  # least barycentric coordinate of points on triangles that receive light
 WITHIN = 1e-3  # of a triangle's area: how far from its borders points are spread at least
 MEET = 1e-7  # difference of barycentric coordinates up to which a point is next to several triangles alike
-PAIRS = 1 << 18  # of points and triangles compared at once
 
 
 def barycentric(points, corners):
@@ -32,7 +32,7 @@ def into_triangles(at, corners):
     det = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     det = np.where(det == 0, np.inf, det)
     out = np.empty_like(at)
-    step = max(1, PAIRS // len(a))
+    step = max(1, AT_ONCE // len(a))
     for start in range(0, len(at), step):
         d = at[start : start + step, None] - a
         s = (d[..., 0] * v[:, 1] - d[..., 1] * v[:, 0]) / det

@@ -8,7 +8,7 @@ from rooms import cube_planes
 
 from pdm_core import Plane, Scene, Surface, each_surface, solve
 from pdm_core.charts import STRIP, charts_of
-from pdm_core.field import Field, first_nodes
+from pdm_core.field import Field
 from pdm_core.links.gather import Detail, Gather
 from pdm_core.numerics import Rows, gauss_square
 from pdm_core.visibility import Factors, Shafts
@@ -62,12 +62,6 @@ def test_light_jumps_where_a_plane_stands_on_another():
     off, skew = Plane((-1, 0.5, 1.0), (2, 0, 0), (0, 0, 1.9)), Plane((-1, 0.5, 1.0), (2, 0.1, 0), (0, 0, 2.0))
     for panel in (off, skew):
         assert not charts_of(room_with(panel)).jumps.any()
-
-
-@pytest.mark.parametrize("turn", [0.0, 0.3])
-def test_first_nodes_are_told_beforehand(turn):
-    scene = room_with(hanging(turn=turn))
-    assert len(Field(scene).keys) == first_nodes(scene)
 
 
 def test_cells_of_cut_planes_cover_them_and_are_found_again():

@@ -99,9 +99,9 @@ def test_kinks_of_tilted_planes_and_ellipsoids():
     shapes = [Plane((-2, -1, -1.5), (3, 0.3, 0), (0.4, 2, 0.2)), Plane((-1, -1, 1.5), (0.2, 2, 0.1), (2.5, 0, 0.4))]
     scene = scene_of([*shapes, Sphere(egg)])
     broken = form_factors(scene, 1e-8)
-    shafts, hidden = Shafts(scene), np.full((2, 1), 2)
+    seen, hidden = Factors(scene, Shafts(scene), Counter()), np.full((2, 1), 2)
     hidden[1] = -1
-    total, wrong = cells_of_row(scene, shafts, 0, np.array([1, 2]), hidden, 1e-5, np.inf, Counter())
+    total, wrong = cells_of_row(seen, 0, np.array([1, 2]), hidden, 1e-5, np.inf)
     assert np.abs(broken.F[0, 1:] - total).max() < 1e-6 * total.max() + wrong.max()
     exchange = scene.areas[:2, None] * broken.F[:2, :2]
     assert abs(exchange[0, 1] - exchange[1, 0]) < 1e-8 * exchange[0, 1]
@@ -116,7 +116,7 @@ def test_work_without_end_is_said(monkeypatch):
     found = form_factors(scene, 1e-9)
     (said,) = found.warnings
     assert "1e-09" in said and "shape " in said
-    above = found.error > 1e-9 * found.F + form_factors_module.LEAST
+    above = found.error > 1e-9 * found.F + form_factors_module.TINY
     assert f"and {above.sum() - form_factors_module.NAMED} more" in said
     assert not form_factors(scene_of(cube_planes()), 1e-9).warnings
 

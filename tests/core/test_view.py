@@ -170,9 +170,9 @@ def test_a_factor_does_not_depend_on_what_is_found_with_it(monkeypatch):
     shapes = cube_planes() + ELLIPSOIDS + STANDING + BALLS[4:] + [Plane((-1, 1, -2), (2, 0.1, 0), (0, 0.3, 1.5))]
     for points, normals in (floor_points(60), free_points(shapes, 60)):
         together = rows(shapes, points, normals)
-        monkeypatch.setattr(view, "GROUP", 4)
-        monkeypatch.setattr(view, "OVERLAPS", 5)
-        monkeypatch.setattr(regions, "LIST", 3)
+        monkeypatch.setattr(view, "CACHED", 4)
+        monkeypatch.setattr(view, "AT_ONCE", 5)
+        monkeypatch.setattr(regions, "CACHED", 3)
         assert np.abs(rows(shapes, points, normals) - together).max() < 1e-13
         monkeypatch.undo()
         alone = [rows(shapes, points[k : k + 1], normals[k : k + 1])[:, 0] for k in range(10)]
