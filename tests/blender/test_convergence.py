@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import scenes
 
-
 NEVER = 1e5  # s, a time limit that no machine meets: what is run is counted instead
 
 
