@@ -46,8 +46,9 @@ def curved(groups, unit, source, shading):
         smooth[smooth] = _is_smooth(groups.faces, a[smooth], b[smooth], source, shading)
         out |= _chained(groups, links, smooth, FEWEST_SMOOTH, large)
     out |= _remnants(groups, out, large)
-    small = ~out & (groups.area < groups.area.sum() / MOST_FLAT)
-    return out | small if np.count_nonzero(~out) > MOST_FLAT else out
+    mesh = groups.faces.mesh[groups.first]
+    many = np.bincount(mesh, ~out) > MOST_FLAT
+    return out | (many[mesh] & (groups.area < np.bincount(mesh, groups.area)[mesh] / MOST_FLAT))
 
 
 def _same_way(faces, a, b):

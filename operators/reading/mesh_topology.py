@@ -14,19 +14,25 @@ class NotRecognised(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class MeshArrays:
-    """vertices (n, 3) m, local; corners (c,) vertex of each polygon corner; counts (p,) corners of each polygon;
-    materials (p,) any number that tells the polygons' materials apart."""
+    """One mesh, or several that share nothing: vertices (n, 3) m, local; corners (c,) vertex of each polygon corner;
+    counts (p,) corners of each polygon; materials (p,) any number that tells the polygons' materials apart; mesh (p,)
+    which of the meshes each is of; rounding (p,) m: how far float32 may have moved its vertices."""
 
     vertices: np.ndarray
     corners: np.ndarray
     counts: np.ndarray
     materials: np.ndarray
+    mesh: np.ndarray
+    rounding: np.ndarray
 
     @classmethod
     def make(cls, vertices, corners, counts, materials=None):
-        counts = np.asarray(counts, np.int64)
-        materials = np.zeros(len(counts), np.int64) if materials is None else np.asarray(materials)
-        return cls(np.asarray(vertices, np.float64), np.asarray(corners, np.int64), counts, materials)
+        """Of one mesh."""
+        vertices, counts = np.asarray(vertices, np.float64), np.asarray(counts, np.int64)
+        none = np.zeros(len(counts), np.int64)
+        materials = none if materials is None else np.asarray(materials)
+        rounding = np.full(len(counts), rounding_of(np.abs(vertices).max(initial=0.0)))
+        return cls(vertices, np.asarray(corners, np.int64), counts, materials, none, rounding)
 
     @cached_property
     def starts(self):
@@ -82,11 +88,6 @@ class MeshArrays:
         return np.concatenate(pairs, axis=1)
 
     @cached_property
-    def rounding(self):
-        """m; how far float32 may have moved a vertex: a few roundings at the largest coordinate."""
-        return 4 * FLOAT32 * float(np.abs(self.vertices).max())
-
-    @cached_property
     def fans(self):
         """Area vectors and centroids (c, 3) of the triangles first corner, corner, next corner; zero at both ends."""
         first = np.repeat(self.vertices[self.corners[self.starts]], self.counts, axis=0)
@@ -118,7 +119,13 @@ class MeshArrays:
         polygons = np.flatnonzero(polygons) if polygons.dtype == bool else polygons
         corners = self.corners[spans(self.starts[polygons], self.counts[polygons])]
         used, corners = np.unique(corners, return_inverse=True)
-        return MeshArrays.make(self.vertices[used], corners, self.counts[polygons], self.materials[polygons])
+        rest = (part[polygons] for part in (self.counts, self.materials, self.mesh, self.rounding))
+        return MeshArrays(self.vertices[used], corners, *rest)
+
+    def alone(self, polygons):
+        """Those polygons as one mesh, by the rounding of their own vertices."""
+        part = self.part(polygons)
+        return MeshArrays.make(part.vertices, part.corners, part.counts, part.materials)
 
     @cached_property
     def bodies(self):
@@ -128,7 +135,7 @@ class MeshArrays:
         forward = np.where(self.corners < self.following, 1, -1)
         paired = (np.bincount(self.edge) == 2) & (np.bincount(self.edge, forward) == 0)
         # three times the volume under each polygon, as triangles with its first corner
-        first = self.vertices[self.corners[self.starts]] - self.vertices.mean(axis=0)
+        first = self.vertices[self.corners[self.starts]] - self.vertices[component]
         volume = np.einsum("pi,pi->p", first, self.normals)
         count = len(self.vertices)
         is_open = np.zeros(count, bool)
@@ -140,6 +147,11 @@ class MeshArrays:
     def components(self):
         """(p,) a number for each polygon, the same within a component; polygons are linked through vertices."""
         return connected(len(self.vertices), self.corners, self.following)[self.corners[self.starts]]
+
+
+def rounding_of(largest):
+    """m; how far float32 may have moved vertices of these largest coordinates: a few roundings."""
+    return 4 * FLOAT32 * largest
 
 
 def cross(a, b):

@@ -16,13 +16,14 @@ from .mesh_arrays import Arrays
 from .mesh_shapes import MeshShape
 from .mesh_topology import NotRecognised
 from .read_lights import read_lights
-from .read_mesh import recognise
+from .read_mesh import recognise_all
 from .read_objects import gather_objects
 from .read_surfaces import pieces_of
 from .read_world import world_steps
 from .render_visible import evaluated, render_visible
 
-LARGE = 20_000  # corners, from which on a mesh is recognised in a thread of its own, to give signs of life meanwhile
+AT_ONCE = 100_000  # corners of meshes that are recognised together, in a thread: it gives signs of life meanwhile
+LARGE = 20_000  # corners, from which on a mesh's sides are told apart in one, too
 SINGLE = 2**-24  # relative rounding of Blender's coordinates and matrices
 
 
@@ -162,20 +163,24 @@ def _wanted(view_layer, meshes, objects):
 
 def _recognise(raw, reading):
     """Generator of the fraction done; returns [MeshObject] of the recognised; the others go to reading.refused."""
-    found, known, done = [], {}, 0
-    total = sum(len(mesh.arrays.corners) for mesh in raw)
-    for mesh in raw:
-        size = len(mesh.arrays.corners)
-        try:
-            if size < LARGE:
-                found.append(recognise(mesh, known))
+    found, known, grids, done = [], {}, {}, 0
+    total = max(sum(len(mesh.arrays.corners) for mesh in raw), 1)
+    for some in _batches(raw):
+        objects = yield from mapped(in_thread(recognise_all, some, known, grids), lambda _, at=done: at / total)
+        for mesh, read in zip(some, objects, strict=True):
+            if isinstance(read, NotRecognised):
+                reading.refused.append((mesh.name, str(read)))
             else:
-                found.append((yield from mapped(in_thread(recognise, mesh, known), lambda _, at=done: at / total)))
-        except NotRecognised as error:
-            reading.refused.append((mesh.name, str(error)))
-        done += size
-        yield done / max(total, 1)
+                found.append(read)
+        done += sum(len(mesh.arrays.corners) for mesh in some)
     return found
+
+
+def _batches(raw):
+    """[[RawMesh]] of some AT_ONCE corners each, in order."""
+    number = np.cumsum([len(mesh.arrays.corners) for mesh in raw]) // AT_ONCE
+    begin = np.flatnonzero(np.diff(number, prepend=-1)).tolist()
+    return [raw[first:last] for first, last in zip(begin, [*begin[1:], len(raw)], strict=True)]
 
 
 def _pieces(found, looks, baked, reading):
