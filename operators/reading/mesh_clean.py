@@ -59,8 +59,7 @@ def clean(joined):
     is_back[face] = back
     source = corner[kept][np.repeat(stays, faces.counts)]
     stay = np.flatnonzero(stays)
-    rest = (part[stay] for part in (faces.counts, faces.materials, faces.mesh, faces.rounding))
-    final = MeshArrays(faces.vertices, faces.corners[spans(faces.starts[stay], faces.counts[stay])], *rest)
+    final = faces.kept(stay)
     corner_piece = np.empty(len(welded.corners), np.int64)
     corner_piece[corner[::-1]] = np.repeat(np.arange(len(counts)), counts)[::-1]  # of triangles at a corner the first
     triangle_piece = np.where(triangle_of >= 0, triangle_of, corner_piece[triangles[:, 0]])

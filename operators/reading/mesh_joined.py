@@ -42,10 +42,9 @@ class Joined:
         triangles = np.flatnonzero(kept[of.polygons[self.triangles[:, 0]]])
         place = np.empty(len(of.corners), np.int64)
         place[corners] = np.arange(len(corners))
-        rest = (part[kept] for part in (of.counts, of.materials, of.mesh, of.rounding))
         part = replace(
             self,
-            mesh=MeshArrays(of.vertices, of.corners[corners], *rest),
+            mesh=of.kept(kept),
             triangles=place[self.triangles[triangles]],
             normals=None if self.normals is None else self.normals[corners],
         )

@@ -1,6 +1,6 @@
 """A mesh as plain arrays, and the little topology that shape detection needs. numpy only, no bpy."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -98,14 +98,14 @@ class MeshArrays:
     @cached_property
     def normals(self):
         """(p, 3) m^2 along each polygon's normal, its length the area."""
-        if self.is_triangles:
-            a, b, c = (self.vertices[self.corners[k::3]] for k in range(3))
-            return cross(b - a, c - a) / 2
-        return np.add.reduceat(self.fans[0], self.starts)
-
-    @cached_property
-    def is_triangles(self):
-        return bool((self.counts == 3).all())
+        out = np.empty((len(self.counts), 3))
+        for size in (3, 4):  # nearly all are: their diagonals tell
+            some = np.flatnonzero(self.counts == size)
+            a, b, c, *d = (self.vertices[self.corners[self.starts[some] + k]] for k in range(size))
+            out[some] = cross(c - a, d[0] - b if d else c - b) / 2
+        if (more := self.counts > 4).any():
+            out[more] = np.add.reduceat(self.fans[0], self.starts)[more]
+        return out
 
     @cached_property
     def heights(self):
@@ -116,11 +116,25 @@ class MeshArrays:
 
     def part(self, polygons):
         """The MeshArrays of some polygons, a bool mask (p,) or indices, with the vertices they use."""
+        part = self.kept(polygons)
+        low = part.corners.min()
+        used = np.zeros(part.corners.max() + 1 - low, bool)
+        used[part.corners - low] = True
+        corners = (np.cumsum(used) - 1)[part.corners - low]
+        return replace(part, vertices=self.vertices[low + np.flatnonzero(used)], corners=corners)._knows(part)
+
+    def kept(self, polygons):
+        """The same with all vertices."""
         polygons = np.flatnonzero(polygons) if polygons.dtype == bool else polygons
         corners = self.corners[spans(self.starts[polygons], self.counts[polygons])]
-        used, corners = np.unique(corners, return_inverse=True)
         rest = (part[polygons] for part in (self.counts, self.materials, self.mesh, self.rounding))
-        return MeshArrays(self.vertices[used], corners, *rest)
+        return MeshArrays(self.vertices, corners, *rest)._knows(self, polygons)
+
+    def _knows(self, other, polygons=slice(None)):
+        """Itself, with what is known already of those polygons of another MeshArrays, which it has."""
+        known = {name: other.__dict__[name][polygons] for name in ("normals", "heights") if name in other.__dict__}
+        self.__dict__.update(known)
+        return self
 
     def alone(self, polygons):
         """Those polygons as one mesh, by the rounding of their own vertices."""

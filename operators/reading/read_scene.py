@@ -1,6 +1,7 @@
 """Blender's scene as a pdm_core.Scene: every render-visible mesh object becomes surfaces or is refused aloud."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import bpy
 import numpy as np
@@ -180,7 +181,7 @@ def _batches(raw):
     """[[RawMesh]] of some AT_ONCE corners each, in order."""
     number = np.cumsum([len(mesh.arrays.corners) for mesh in raw]) // AT_ONCE
     begin = np.flatnonzero(np.diff(number, prepend=-1)).tolist()
-    return [raw[first:last] for first, last in zip(begin, [*begin[1:], len(raw)], strict=True)]
+    return [raw[first:last] for first, last in pairwise([*begin, len(raw)])]
 
 
 def _pieces(found, looks, baked, reading):
