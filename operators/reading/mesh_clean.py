@@ -130,14 +130,7 @@ def _differ(place):
 
 def _bent(mesh):
     """(p,) Whether polygons are not flat."""
-    unit = mesh.normals / np.maximum(length(mesh.normals), np.finfo(float).tiny)[:, None]
-    corner = np.flatnonzero((mesh.counts > 3)[mesh.polygons])
-    of = mesh.polygons[corner]
-    apart = mesh.vertices[mesh.corners[corner]] - mesh.vertices[mesh.corners[mesh.starts[of]]]
-    off = np.abs(np.einsum("ci,ci->c", apart, unit[of]))
-    bent = np.zeros(len(mesh.counts), bool)
-    bent[of[~(off <= (SLACK * mesh.heights + mesh.rounding)[of])]] = True
-    return bent
+    return ~(mesh.off <= SLACK * mesh.heights + mesh.rounding)
 
 
 def _crossed(mesh, triangles):

@@ -129,10 +129,11 @@ def _fault(mesh):
         return NotRecognised("has no faces")
     if not np.isfinite(mesh.vertices).all():
         return NotRecognised("has vertices that are not finite; remove or repair them")
-    at = mesh.vertices[mesh.corners]
-    if rounding_of(np.abs(mesh.vertices).max()) > COARSEST * (at.max(axis=0) - at.min(axis=0)).max():
-        return NotRecognised("is too small for its distance from the object's origin; use Set Origin to Geometry")
-    return None
+    rounding = rounding_of(np.abs(mesh.vertices).max())
+    for corners in (mesh.corners[:4], mesh.corners):  # in most meshes a face tells
+        if rounding <= COARSEST * np.ptp(mesh.vertices[corners], axis=0).max():
+            return None
+    return NotRecognised("is too small for its distance from the object's origin; use Set Origin to Geometry")
 
 
 class _Found:

@@ -96,23 +96,37 @@ class MeshArrays:
         return cross(a, b) / 2, first + (a + b) / 3
 
     @cached_property
-    def normals(self):
-        """(p, 3) m^2 along each polygon's normal, its length the area."""
-        out = np.empty((len(self.counts), 3))
+    def _measures(self):
+        """Area vectors (p, 3) m^2; longest sides (p,) m; (p,) m how far off its plane, through the first, each
+        polygon's corners are."""
+        vectors, longest, off = np.empty((len(self.counts), 3)), np.empty(len(self.counts)), np.zeros(len(self.counts))
         for size in (3, 4):  # nearly all are: their diagonals tell
             some = np.flatnonzero(self.counts == size)
-            a, b, c, *d = (self.vertices[self.corners[self.starts[some] + k]] for k in range(size))
-            out[some] = cross(c - a, d[0] - b if d else c - b) / 2
-        if (more := self.counts > 4).any():
-            out[more] = np.add.reduceat(self.fans[0], self.starts)[more]
-        return out
+            at = [self.vertices[self.corners[self.starts[some] + k]] for k in range(size)]
+            vector = cross(at[2] - at[0], at[-1] - at[1]) / 2
+            vectors[some] = vector
+            longest[some] = np.maximum.reduce([length(at[k] - at[k - 1]) for k in range(size)])
+            if size == 4:  # both ends of either diagonal are at one height
+                off[some] = _over(np.abs(np.einsum("pi,pi->p", vector, at[1] - at[0])), length(vector))
+        some = np.flatnonzero(self.counts > 4)
+        if len(some):
+            vectors[some], longest[some], off[some] = _measures_of(self.kept(some))
+        return vectors, longest, off
+
+    @property
+    def normals(self):
+        """(p, 3) m^2 along each polygon's normal, its length the area."""
+        return self._measures[0]
+
+    @property
+    def off(self):
+        """(p,) m; how far corners are off their polygon's plane."""
+        return self._measures[2]
 
     @cached_property
     def heights(self):
         """(p,) m; the width of each polygon across its longest edge, if it were a parallelogram."""
-        lengths = length(self.vertices[self.following] - self.vertices[self.corners])
-        longest = np.maximum.reduceat(lengths, self.starts)
-        return length(self.normals) / np.maximum(longest, np.finfo(float).tiny)
+        return _over(length(self.normals), self._measures[1])
 
     def part(self, polygons):
         """The MeshArrays of some polygons, a bool mask (p,) or indices, with the vertices they use."""
@@ -132,8 +146,8 @@ class MeshArrays:
 
     def _knows(self, other, polygons=slice(None)):
         """Itself, with what is known already of those polygons of another MeshArrays, which it has."""
-        known = {name: other.__dict__[name][polygons] for name in ("normals", "heights") if name in other.__dict__}
-        self.__dict__.update(known)
+        if "_measures" in other.__dict__:
+            self.__dict__["_measures"] = tuple(part[polygons] for part in other._measures)
         return self
 
     def alone(self, polygons):
@@ -161,6 +175,20 @@ class MeshArrays:
     def components(self):
         """(p,) a number for each polygon, the same within a component; polygons are linked through vertices."""
         return connected(len(self.vertices), self.corners, self.following)[self.corners[self.starts]]
+
+
+def _measures_of(mesh):
+    """MeshArrays._measures of any polygons."""
+    vectors = np.add.reduceat(mesh.fans[0], mesh.starts)
+    sides = length(mesh.vertices[mesh.following] - mesh.vertices[mesh.corners])
+    apart = mesh.vertices[mesh.corners] - np.repeat(mesh.vertices[mesh.corners[mesh.starts]], mesh.counts, axis=0)
+    off = np.abs(np.einsum("ci,ci->c", apart, vectors[mesh.polygons]))
+    longest, off = (np.maximum.reduceat(values, mesh.starts) for values in (sides, off))
+    return vectors, longest, _over(off, length(vectors))
+
+
+def _over(a, b):
+    return a / np.maximum(b, np.finfo(float).tiny)
 
 
 def rounding_of(largest):

@@ -229,7 +229,7 @@ def _read_object(mesh, indices, is_wanted):
         read.triangle_surface = side[baked.triangle_shape, baked.triangle_back.astype(int)]
         if baked.normals is not None:
             is_mesh = np.array([isinstance(shape, MeshShape) for shape in mesh.shapes.shapes])
-            normals = unit(np.einsum("ci,ij->cj", baked.normals, np.linalg.pinv(linear)))
+            normals = unit(baked.normals @ np.linalg.pinv(linear))
             read.corner_normals = np.where(is_mesh[baked.corner_shape, None], normals, 0.0)  # what is exact has its own
             read.middles = baked.middles @ linear.T + mesh.raw.matrix[:3, 3]
     return read

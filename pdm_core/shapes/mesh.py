@@ -266,6 +266,10 @@ class Mesh(Shape):
 
     def problem(self):
         """What is wrong with the shape, as a sentence, or None."""
+        return self._problem
+
+    @cached_property
+    def _problem(self):
         if not np.isfinite(self.vertices[self._corner]).all():
             return "its coordinates are not finite; apply a valid transform"
         if self._given_normals is not None and not np.isfinite(self._given_normals).all():
