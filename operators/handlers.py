@@ -6,8 +6,9 @@ from bpy.app.handlers import persistent
 
 from . import live_watch, look
 from .baking import again
+from .reading import undisturbed
 
-KEEPERS = again, look, live_watch
+KEEPERS = again, look, live_watch, undisturbed
 
 
 @persistent
