@@ -17,11 +17,14 @@ def spheres_in(mesh, grids):
     meshes that have a sphere of several materials. grids: see find_sphere."""
     of, spheres, mixed = np.full(len(mesh.counts), -1), [], []
     component = _numbered(mesh)
+    may = np.flatnonzero(_may_be(mesh, component))
+    if not len(may):
+        return of, spheres, mixed
     order = np.argsort(component, kind="stable")
     size = np.bincount(component)
     begin = np.cumsum(size) - size
     missed = {}
-    for k in np.flatnonzero(_may_be(mesh, component)).tolist():
+    for k in may.tolist():
         own = order[begin[k] : begin[k] + size[k]]
         part = mesh.alone(own)
         like = (len(part.vertices), *np.bincount(np.bincount(part.corners)).tolist())  # how many faces meet at vertices

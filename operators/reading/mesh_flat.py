@@ -156,14 +156,14 @@ class FlatGroups:
         return FlatGroups(self.faces, in_order(label))
 
 
-def flat_groups(faces, unit, noise, bent):
+def flat_groups(faces, sine, noise, bent):
     """FlatGroups of MeshArrays of flat faces: of one material, no crease between them, in one plane, and with a simple
     border; where a larger group is none each of its faces is one, as is each bent face.
 
-    unit (f, 3) normals, noise (f,) rad by which rounding may turn them, bent (f,) bool.
+    sine (k,) of the angle at each joint, noise (f,) rad by which rounding may turn normals, bent (f,) bool.
     """
     a, b = faces.polygons[faces.joints]
-    flat = crease(unit, a, b) <= CREASE + noise[a] + noise[b]
+    flat = sine <= CREASE + noise[a] + noise[b]
     flat &= (faces.materials[a] == faces.materials[b]) & ~bent[a] & ~bent[b]
     groups = FlatGroups(faces, in_order(connected(len(faces.counts), a[flat], b[flat])))
     several = np.bincount(groups.label) > 1
@@ -181,8 +181,9 @@ def directions(faces):
     return faces.normals / np.linalg.norm(faces.normals, axis=1, keepdims=True), noise
 
 
-def crease(unit, a, b):
-    """(k,) sine of the angle between the planes of faces a and b (k,)."""
+def creases(faces, unit):
+    """(k,) sine of the angle between the planes of the faces at each joint, whose unit normals are (f, 3)."""
+    a, b = faces.polygons[faces.joints]
     return length(cross(unit[a], unit[b]))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from .mesh_balls import spheres_in
 from .mesh_clean import CleanMesh, clean, weld
 from .mesh_curved import curved
-from .mesh_flat import directions, flat_groups, in_order
+from .mesh_flat import creases, directions, flat_groups, in_order
 from .mesh_joined import Given, Joined, join
 from .mesh_outlines import PolygonShape, polygons_of
 from .mesh_planes import PlaneShape, planes_of
@@ -157,8 +157,9 @@ class _Found:
             return
         faces = found.faces
         unit, noise = directions(faces)
-        groups = flat_groups(faces, unit, noise, found.bent)
-        pieces = _pieces(groups, found.bent | curved(groups, unit, found.source, rest.normals)[groups.label])
+        sine = creases(faces, unit)
+        groups = flat_groups(faces, sine, noise, found.bent)
+        pieces = _pieces(groups, found.bent | curved(groups, unit, sine, found.source, rest.normals)[groups.label])
         self.source = _Source(found, rest, unit, pieces.number)
         self.shapes = self.shapes + [pieces.shape(k) or self.source.mesh(k) for k in range(pieces.count)]
         polygon = self.whole.mesh.polygons[corners][found.source[faces.starts]]
