@@ -2,9 +2,8 @@
 
 import bpy
 
-from . import command_line, live_watch, look, portuguese
+from . import command_line, handlers, portuguese
 from .bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
-from .baking import again
 from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from .example_room import PDM_OT_example_room
 from .export import PDM_OT_export
@@ -43,16 +42,12 @@ def register():
     bpy.types.Scene.pdm_radiosity = bpy.props.PointerProperty(type=PDM_PG_scene)
     portuguese.register()
     command_line.register()
-    look.register()
-    live_watch.register()
-    again.register()
+    handlers.register()
 
 
 def unregister():
     stop_bake(bpy.context)
-    again.unregister()
-    live_watch.unregister()
-    look.unregister()
+    handlers.unregister()
     command_line.unregister()
     portuguese.unregister()
     del bpy.types.Scene.pdm_radiosity

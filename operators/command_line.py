@@ -224,12 +224,26 @@ def _parser():
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_convergence(commands)
+    _add_bake(commands)
+    return parser
+
+
+def _add_bake(commands):
     bake = commands.add_parser(
         "bake",
         help="bake the loaded file",
         description="Bakes the loaded file's scene. The file itself changes only if --output names it.",
         epilog="Exit code: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C. Progress goes to stderr.",
     )
+    _add_solving(bake)
+    _add_colours(bake)
+    _add_outputs(bake)
+    _add_meshes(bake)
+    _add_files(bake)
+    bake.set_defaults(usage_error=bake.error, work=_bake)
+
+
+def _add_solving(bake):
     bake.add_argument("--objects", nargs="+", metavar="NAME", default="ALL", help="bake only these; all light")
     bake.add_argument(
         "--target-error", type=_number(1e-6, 1), default=0.01, metavar="E", help="relative error, default 0.01"
@@ -237,6 +251,9 @@ def _parser():
     bake.add_argument(
         "--time-limit", type=_number(0), default=0.0, metavar="S", help="seconds of reading and solving, 0 no limit"
     )
+
+
+def _add_colours(bake):
     bake.add_argument("--attribute", default="Radiosity", metavar="NAME", help="colour attribute, default Radiosity")
     for name in ("quantity", "domain", "data_type", "blend"):
         keywords = BakeProperties.__annotations__[name].keywords
@@ -250,6 +267,9 @@ def _parser():
         )
     bake.add_argument("--exposure", type=_number(-32, 32), default=0.0, metavar="STOPS", help="colours times 2^STOPS")
     bake.add_argument("--layer", default="", metavar="NAME", help="colour attribute that --blend is about; it stays")
+
+
+def _add_outputs(bake):
     bake.add_argument("--output", type=_ending(".blend"), metavar="FILE.blend", help="save the baked file here")
     bake.add_argument("--report", metavar="FILE.json", help="write the report here")
     bake.add_argument("--image", type=_ending(".png"), metavar="FILE.png", help="render the baked scene (Cycles, CPU)")
@@ -261,6 +281,9 @@ def _parser():
     bake.add_argument(
         "--ao-distance", type=_number(1e-6), default=1.0, metavar="M", help="how far the pass AO looks, default 1"
     )
+
+
+def _add_meshes(bake):
     bake.add_argument("--make-single-user", action="store_true", help="objects that share a mesh get their own")
     bake.add_argument("--apply-modifiers", action="store_true", help="bake what modifiers change as they leave it")
     bake.add_argument(
@@ -271,6 +294,9 @@ def _parser():
         "--subdivide-method", type=str.upper, choices=[way[0] for way in WAYS], default=WAYS[0][0],
         help=f"with --subdivide: where the vertices go, default {WAYS[0][0]}",
     )  # fmt: skip
+
+
+def _add_files(bake):
     bake.add_argument(
         "--files", nargs="+", type=_ending(".blend"), metavar="FILE.blend",
         help="bake these instead, each in a Blender of its own; what --folder has already is not done again",
@@ -280,8 +306,6 @@ def _parser():
         "--processes", type=_whole_number(1), default=os.cpu_count() or 1, metavar="N",
         help="with --files: how many at a time, default one a core",
     )  # fmt: skip
-    bake.set_defaults(usage_error=bake.error, work=_bake)
-    return parser
 
 
 def _add_convergence(commands):

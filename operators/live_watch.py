@@ -4,7 +4,6 @@ import time
 import traceback
 
 import bpy
-from bpy.app.handlers import persistent
 from bpy.types import Operator
 
 from ..pdm_core import SceneError
@@ -59,16 +58,16 @@ def follow(context):
         live.drop(f"Live failed, please report the console's text: {error}")
 
 
-@persistent
-def _changed(scene, depsgraph):
+def changed(scene, depsgraph):
     note(depsgraph)
     is_due = live.held is not None and live.held.stale and not bpy.app.background  # where timers never come
     if is_due and not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=0.0)
 
 
-@persistent
-def _loaded(*_):
+def forget():
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
     live.drop()
 
 
@@ -110,16 +109,3 @@ def status(settings):
     if live.held.seconds:
         text += say(", {} ms a change", f"{1000 * live.held.seconds:.0f}")
     return "CHECKMARK", text
-
-
-def register():
-    bpy.app.handlers.depsgraph_update_post.append(_changed)
-    bpy.app.handlers.load_post.append(_loaded)
-
-
-def unregister():
-    bpy.app.handlers.depsgraph_update_post.remove(_changed)
-    bpy.app.handlers.load_post.remove(_loaded)
-    if bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.unregister(_tick)
-    live.drop()

@@ -7,7 +7,6 @@ import time
 import traceback
 
 import bpy
-from bpy.app.handlers import persistent
 
 from ..pdm_core import SceneError
 from .baking.bake import look_at_steps
@@ -57,8 +56,7 @@ def _signature(scene):
     return scene.name, len(last), hash(tuple((obj.name, obj.hide_render) for obj in scene.objects))
 
 
-@persistent
-def _changed(scene, depsgraph):
+def changed(scene, depsgraph):
     if watch.is_reading or current.stage is not None:
         return
     for update in depsgraph.updates:
@@ -69,8 +67,9 @@ def _changed(scene, depsgraph):
             return
 
 
-@persistent
-def _loaded(*_):
+def forget():
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
     watch.__init__()
 
 
@@ -137,16 +136,3 @@ def is_dark(settings):
 def is_empty(settings):
     scan = settings.scan()
     return scan is not None and not scan["objects"]
-
-
-def register():
-    bpy.app.handlers.depsgraph_update_post.append(_changed)
-    bpy.app.handlers.load_post.append(_loaded)
-
-
-def unregister():
-    bpy.app.handlers.depsgraph_update_post.remove(_changed)
-    bpy.app.handlers.load_post.remove(_loaded)
-    if bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.unregister(_tick)
-    watch.__init__()

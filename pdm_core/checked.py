@@ -1,5 +1,7 @@
 """What users hand over, checked on entry: numbers, colours, points, indices; anything else is a SceneError."""
 
+import math
+
 import numpy as np
 
 NAMED = 3  # in a sentence
@@ -44,9 +46,10 @@ def colour(value, what):
     out = np.repeat(out, 3) if out.shape == () else out
     if out.shape != (3,):
         raise SceneError(f"{what} must be 1 or 3 numbers, not of shape {out.shape}")
-    if not (np.isfinite(out).all() and (out >= 0).all()):
+    parts = out.tolist()  # of three numbers plain Python knows sooner
+    if not all(0 <= part < math.inf for part in parts):
         raise SceneError(f"{what} is {out.tolist()}; use finite numbers of at least 0")
-    if ((out > 0) & ((out < LEAST) | (out > MOST))).any():
+    if any(part > 0 and not LEAST <= part <= MOST for part in parts):
         raise SceneError(f"{what} is {out.tolist()}; use 0 or numbers from {LEAST:g} to {MOST:g}")
     out.flags.writeable = False
     return out

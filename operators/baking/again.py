@@ -3,7 +3,6 @@ type is only evaluated again."""
 
 import bpy
 import numpy as np
-from bpy.app.handlers import persistent
 
 from ...pdm_core.rays.solution import same_light
 
@@ -50,8 +49,7 @@ def _bounds(scene):
     return [np.append(*surface.shape.bounds) for surface in scene.surfaces]
 
 
-@persistent
-def _changed(*_):
+def changed(scene, depsgraph):
     """Frees it once another operator has taken the Redo panel, which a bake gets only after its last change."""
     done = bpy.context.window_manager.operators
     if last.solution is not None and done:
@@ -61,17 +59,5 @@ def _changed(*_):
             last.drop()
 
 
-@persistent
-def _loaded(*_):
-    last.drop()
-
-
-def register():
-    bpy.app.handlers.depsgraph_update_post.append(_changed)
-    bpy.app.handlers.load_post.append(_loaded)
-
-
-def unregister():
-    bpy.app.handlers.depsgraph_update_post.remove(_changed)
-    bpy.app.handlers.load_post.remove(_loaded)
+def forget():
     last.drop()

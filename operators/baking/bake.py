@@ -11,7 +11,7 @@ from ...pdm_core import SceneError, solve_steps
 from ...pdm_core.plan import lit
 from ...pdm_core.signs_of_life import finish, in_thread, mapped
 from ..live import hold
-from ..reading.read_scene import read_steps, some
+from ..reading.read_scene import Reading, read_steps, some
 from ..reading.render_visible import render_visible
 from .bake_points import bake_points, corners_of, joined
 from .between_vertices import between_steps, looks_between
@@ -51,6 +51,36 @@ class BakeSettings:
     def __post_init__(self):
         object.__setattr__(self, "passes", in_order(self.passes))
 
+    @property
+    def written(self):
+        """Names of the attributes that the bake writes."""
+        return names_written(self.attribute, self.heat_map, self.passes)
+
+
+@dataclass(eq=False)
+class _Read:
+    """What is baked: the Reading; targets [ReadObject] and points [BakePoints] of each; told: warnings besides the
+    Reading's; away: names of targets that light comes to only from behind."""
+
+    reading: Reading
+    targets: list
+    points: list
+    told: list
+    away: list
+
+
+@dataclass(eq=False)
+class _Found:
+    """Of a Field: values [(k, 3)] at each target's points, and what is asked for beside them. kept: Kept or None;
+    passes {attribute: [Colours]}; between: Between; errors: ErrorMap or None."""
+
+    field: Field
+    values: list
+    kept: object
+    passes: dict
+    between: object = None
+    errors: object = None
+
 
 def bake_steps(context, settings, enough=lambda: False, last=None):
     """Generator: yields Stage(text, fraction, error) often, returns the report (dict, see report.py).
@@ -60,77 +90,98 @@ def bake_steps(context, settings, enough=lambda: False, last=None):
     SceneError.
     """
     seconds = {}
-    for name in names_written(settings.attribute, settings.heat_map, settings.passes):
+    for name in settings.written:
         check_name(name)
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
-        steps = read_steps(
-            context,
-            settings.objects,
-            {*names_written(settings.attribute), *baked_before(context.scene)},
-            settings.make_single_user,
-            settings.apply_modifiers,
-        )
-        reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
-        targets = find_targets(reading)
-        for target in targets:
-            for name in names_written(settings.attribute, settings.heat_map, settings.passes):
-                check_target(target.object, name)
-        written = names_written(settings.attribute, settings.heat_map, settings.passes)
-        told = check_layer(settings, written, targets)
-        check_light(context, reading)
-        away = yield from _check_sides(reading, targets)
-        points = []
-        for target in targets:
-            steps = in_thread(bake_points, *corners_of(target), settings.domain)
-            points.append((yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))))
+        read = yield from _read(context, settings)
     with _timed(seconds, "solve"):
-        solution = last and last.recall(settings, reading.scene)
-        solution = solution or (yield from _solve(reading.scene, settings, seconds["read"], enough))
+        scene = read.reading.scene
+        solution = last and last.recall(settings, scene)
+        solution = solution or (yield from _solve(scene, settings, seconds["read"], enough))
+    found = yield from _find(settings, read, solution, seconds, context.scene.pdm_radiosity.live)
+    report = _write(context, settings, read, found, seconds)
+    if last:
+        last.keep(settings, solution)
+    return report
+
+
+def _read(context, settings):
+    """The _Read; yields. BakeError where there is nothing to bake, or nothing to see it by."""
+    baked = {*names_written(settings.attribute), *baked_before(context.scene)}
+    steps = read_steps(context, settings.objects, baked, settings.make_single_user, settings.apply_modifiers)
+    reading = yield from mapped(steps, lambda done: Stage("Reading the scene", done, np.inf))
+    targets = find_targets(reading)
+    for target in targets:
+        for name in settings.written:
+            check_target(target.object, name)
+    told = check_layer(settings, settings.written, targets)
+    check_light(context, reading)
+    away = yield from _check_sides(reading, targets)
+    points = []
+    for target in targets:
+        steps = in_thread(bake_points, *corners_of(target), settings.domain)
+        points.append((yield from mapped(steps, lambda _: Stage("Reading the scene", 1.0, np.inf))))
+    return _Read(reading, targets, points, told, away)
+
+
+def _find(settings, read, solution, seconds, is_live):
+    """The _Found; yields. is_live: whether the light is kept, to be changed later."""
+    targets, points = read.targets, read.points
+
+    def stage(text):
+        return lambda done: Stage(text, done, solution.error)
+
     with _timed(seconds, "evaluate"):
-        field = Field(solution, settings.quantity)
-        kept = None
-        is_live = context.scene.pdm_radiosity.live
+        field, kept = Field(solution, settings.quantity), None
         if is_live or any(name in OF_LIGHT for name in settings.passes):
-            kept = yield from _keep(solution, points, told)
+            kept = yield from _keep(solution, points, read.told)
         looks = looks_between(targets, points)
         values, here = yield from _evaluate(field, points, looks, kept)
         steps = pass_steps(settings, solution.scene, kept, targets, points)
-        passes = yield from mapped(steps, lambda done: Stage("Evaluating passes", done, solution.error))
+        found = _Found(field, values, kept, (yield from mapped(steps, stage("Evaluating passes"))))
     with _timed(seconds, "check"):
         steps = between_steps(field, targets, points, values, looks, here, settings.target_error)
-        between = yield from mapped(steps, lambda done: Stage("Checking between vertices", done, solution.error))
-        errors = None
+        found.between = yield from mapped(steps, stage("Checking between vertices"))
         if settings.heat_map:
-            steps = heat_map_steps(solution, targets, points)
-            errors = yield from mapped(steps, lambda done: Stage("Checking the error", done, solution.error))
-    with ExitStack() as undo:  # of what was written, where anything after it fails
+            found.errors = yield from mapped(heat_map_steps(solution, targets, points), stage("Checking the error"))
+    return found
+
+
+def _write(context, settings, read, found, seconds):
+    """Writes all colours, keeps and returns the report; nothing is changed where anything fails."""
+    with ExitStack() as undo:  # of what was written
         with _timed(seconds, "write"):
             items = [
                 Colours(target.name, p.domain, p.colours(v * 2.0**settings.exposure))
-                for target, p, v in zip(targets, points, values, strict=True)
+                for target, p, v in zip(read.targets, read.points, found.values, strict=True)
             ]
-            own_meshes = OwnMeshes(context, targets)
+            own_meshes = OwnMeshes(context, read.targets)
             undo.callback(own_meshes.undo)
             items = [blended(settings, item) for item in items]
-            if errors:
-                undo.callback(write_colours(errors.items, error_name(settings.attribute), "FLOAT_COLOR"))
-            for name, colours in passes.items():
+            if found.errors:
+                undo.callback(write_colours(found.errors.items, error_name(settings.attribute), "FLOAT_COLOR"))
+            for name, colours in found.passes.items():
                 undo.callback(write_colours(colours, name, settings.data_type))
             undo.callback(write_colours(items, settings.attribute, settings.data_type))
-        report = bake_report(context, settings, reading, solution, between, items, points, seconds)
-        report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
-        for k, finer in between.finer.items():
-            entry = next(entry for entry in report["objects"] if entry["name"] == targets[k].name)
-            entry["finer"] = [list(row) for row in finer]
-        report |= {"shining": lights_in(reading), "facing_away": away}
-        report["warnings"] += told
+        report = _report(context, settings, read, found, items, seconds)
         context.scene.pdm_radiosity.keep(report)
         undo.pop_all()
     own_meshes.commit()
-    hold(context, settings, reading, targets, points, kept if is_live else None)
-    if last:
-        last.keep(settings, solution)
+    is_live = context.scene.pdm_radiosity.live
+    hold(context, settings, read.reading, read.targets, read.points, found.kept if is_live else None)
+    return report
+
+
+def _report(context, settings, read, found, items, seconds):
+    between, errors = found.between, found.errors
+    report = bake_report(context, settings, read.reading, found.field.solution, between, items, read.points, seconds)
+    report["heat_map"] = errors and {"attribute": error_name(settings.attribute), "top": errors.top}
+    for k, finer in between.finer.items():
+        entry = next(entry for entry in report["objects"] if entry["name"] == read.targets[k].name)
+        entry["finer"] = [list(row) for row in finer]
+    report |= {"shining": lights_in(read.reading), "facing_away": read.away}
+    report["warnings"] += read.told
     return report
 
 

@@ -73,7 +73,7 @@ def spheres_of(vertices, corners, counts):
     for number, shape in enumerate(shapes.shapes):
         if isinstance(shape, SphereShape):
             own, grids = shapes.corner_shape[np.cumsum(counts) - counts] == number, {}
-            find_sphere(mesh.part(own), grids)
+            find_sphere(mesh.alone(own), grids)
             (grid,) = grids.values()
             found.append((np.unique(corners[np.repeat(own, counts)]), grid))
     return found

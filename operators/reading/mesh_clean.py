@@ -1,6 +1,6 @@
 """A mesh as recognition wants it: welded by position, every face flat and with an area, none twice. No bpy."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ class CleanMesh:
 
     triangles (T, 3) given corners; corner_face (C,), triangle_face (T,): the face of each given corner and triangle;
     corner_back, triangle_back: whether it looks the other way, being that face's double; live (T,): whether it is part
-    of the face and not its double. warnings: [sentence].
+    of the face and not its double. warnings: {mesh: [sentence]}.
     """
 
     faces: MeshArrays
@@ -30,15 +30,14 @@ class CleanMesh:
     corner_back: np.ndarray
     triangle_back: np.ndarray
     live: np.ndarray
-    warnings: list = field(default_factory=list)
+    warnings: dict = field(default_factory=dict)
 
 
-def clean(welded, triangles=None):
-    """MeshArrays of welded vertices -> CleanMesh, or None where no face has an area. triangles (T, 3): corners of each
-    polygon's triangles, polygon after polygon; fans, of polygons taken for convex, where there are none."""
-    bent = _bent(welded) if triangles is None else _bent(welded) | _crossed(welded, triangles)
-    triangles = fans(welded) if triangles is None else triangles
-    cut = bent if np.count_nonzero(bent) <= MOST_CUT else np.zeros_like(bent)
+def clean(joined):
+    """Joined meshes of welded vertices -> CleanMesh, or None where no face has an area."""
+    welded, triangles = joined.mesh, joined.triangles
+    bent = _bent(welded) if joined.is_convex else _bent(welded) | _crossed(welded, triangles)
+    cut = bent & (np.bincount(welded.mesh, bent) <= MOST_CUT)[welded.mesh]
     if not cut.any() and (fast := _as_it_is(welded, triangles, bent)):
         return fast
     corner, counts, polygon, triangle_of = _cut_up(welded, triangles, cut)
@@ -48,7 +47,8 @@ def clean(welded, triangles=None):
     if not len(face):
         return None
     kept &= np.repeat(is_face, counts)
-    faces = MeshArrays.make(welded.vertices, welded.corners[corner[kept]], left[face], welded.materials[polygon[face]])
+    rest = (part[polygon[face]] for part in (welded.materials, welded.mesh, welded.rounding))
+    faces = MeshArrays(welded.vertices, welded.corners[corner[kept]], left[face], *rest)
     first, back = doubles(faces)
     has_area = (faces.heights > faces.rounding)[first]
     stays = has_area & (first == np.arange(len(first)))
@@ -59,10 +59,7 @@ def clean(welded, triangles=None):
     is_back[face] = back
     source = corner[kept][np.repeat(stays, faces.counts)]
     stay = np.flatnonzero(stays)
-    final = MeshArrays.make(
-        faces.vertices, faces.corners[spans(faces.starts[stay], faces.counts[stay])], faces.counts[stay],
-        faces.materials[stay],
-    )  # fmt: skip
+    final = faces.kept(stay)
     corner_piece = np.empty(len(welded.corners), np.int64)
     corner_piece[corner[::-1]] = np.repeat(np.arange(len(counts)), counts)[::-1]  # of triangles at a corner the first
     triangle_piece = np.where(triangle_of >= 0, triangle_of, corner_piece[triangles[:, 0]])
@@ -84,13 +81,18 @@ def clean(welded, triangles=None):
         is_back[corner_piece],
         is_back[triangle_piece],
         live[triangle_piece],
-        _said(int((~is_face).sum() + (~has_area).sum()), int((has_area & ~stays).sum())),
+        _said(np.append(welded.mesh[polygon[~is_face]], faces.mesh[~has_area]), faces.mesh[has_area & ~stays]),
     )
 
 
 def _said(no_area, doubled):
+    """{mesh: [sentence]} of the meshes of faces left out (k,)."""
     texts = (no_area, "without area, which {} left out"), (doubled, "on another face of its own, which {} read once")
-    return [f"has {n:,} face{'s' * (n > 1)} {text.format('are' if n > 1 else 'is')}" for n, text in texts if n]
+    said = {}
+    for left_out, text in texts:
+        for mesh, n in zip(*(part.tolist() for part in np.unique(left_out, return_counts=True))):
+            said.setdefault(mesh, []).append(f"has {n:,} face{'s' * (n > 1)} {text.format('are' if n > 1 else 'is')}")
+    return said
 
 
 def _as_it_is(mesh, triangles, bent):
@@ -108,15 +110,16 @@ def _as_it_is(mesh, triangles, bent):
 def weld(mesh):
     """The MeshArrays with vertices at exactly one place made one, numbered in order of appearance; others' numbers,
     which spheres are known again by, stay. Vertices without a face stay as well."""
-    order = np.lexsort(mesh.vertices.T)
-    place = mesh.vertices[order]
-    starts = np.flatnonzero(np.append(True, _differ(place)))
+    of = np.zeros(len(mesh.vertices), np.int64)  # which mesh each is of: loose ones are anyone's
+    of[mesh.corners] = np.repeat(mesh.mesh, mesh.counts)
+    order = np.lexsort([*mesh.vertices.T, of])
+    starts = np.flatnonzero(np.append(True, _differ(mesh.vertices[order]) | (np.diff(of[order]) > 0)))
     if len(starts) == len(order):
         return mesh
     number = np.empty(len(order), np.int64)
     number[order] = np.repeat(np.minimum.reduceat(order, starts), np.diff(np.append(starts, len(order))))
     used, number = np.unique(number, return_inverse=True)
-    return MeshArrays(mesh.vertices[used], number[mesh.corners], mesh.counts, mesh.materials)
+    return replace(mesh, vertices=mesh.vertices[used], corners=number[mesh.corners])
 
 
 def _differ(place):
@@ -125,23 +128,9 @@ def _differ(place):
     return (x[1:] != x[:-1]) | (y[1:] != y[:-1]) | (z[1:] != z[:-1])
 
 
-def fans(mesh):
-    """(T, 3) corners: first corner, corner, next corner of each polygon."""
-    inner = mesh.counts - 2
-    second = spans(mesh.starts + 1, inner)
-    return np.column_stack([np.repeat(mesh.starts, inner), second, second + 1])
-
-
 def _bent(mesh):
     """(p,) Whether polygons are not flat."""
-    unit = mesh.normals / np.maximum(length(mesh.normals), np.finfo(float).tiny)[:, None]
-    corner = np.flatnonzero((mesh.counts > 3)[mesh.polygons])
-    of = mesh.polygons[corner]
-    apart = mesh.vertices[mesh.corners[corner]] - mesh.vertices[mesh.corners[mesh.starts[of]]]
-    off = np.abs(np.einsum("ci,ci->c", apart, unit[of]))
-    bent = np.zeros(len(mesh.counts), bool)
-    bent[of[~(off <= SLACK * mesh.heights[of] + mesh.rounding)]] = True
-    return bent
+    return ~(mesh.off <= SLACK * mesh.heights + mesh.rounding)
 
 
 def _crossed(mesh, triangles):

@@ -5,9 +5,11 @@ shaded smooth bends further and in fewer steps. Much larger parts of a chain are
 bevels, the top of a rounded table.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from .mesh_flat import CREASE, crease, dot
+from .mesh_flat import CREASE, FlatGroups, dot
 from .mesh_topology import connected, length
 
 ROUNDED = np.radians(44)  # shallower creases may be those of a rounded side; chamfers (45 degrees) and octagons are not
@@ -22,32 +24,58 @@ SAME_SHADING = 1e-2  # shading normals on both sides of an edge that differ by l
 MOST_FLAT = 1000  # flat groups in an object; with more, those of less than one such part of its area are left to a mesh
 
 
-def curved(groups, unit, source, shading):
+def curved(groups, unit, sine, source, shading):
     """(g,) Whether each of the FlatGroups is part of something curved.
 
-    unit (f, 3) normals of the faces; shading (C, 3) normals of the corners as given, which source (c,) counts, or None.
+    unit (f, 3) normals of the faces, sine (k,) of the angle at each of their joints; shading (C, 3) normals of the
+    corners as given, which source (c,) counts, or None.
     """
     if groups.count < FEWEST_SMOOTH:
         return np.zeros(groups.count, bool)
     a, b = groups.faces.joints
     between = groups.of_corner[a] != groups.of_corner[b]
-    a, b = a[between], b[between]
+    a, b, sine = a[between], b[between], sine[between]
     face_a, face_b = groups.faces.polygons[a], groups.faces.polygons[b]
-    bend = np.arctan2(crease(unit, face_a, face_b), dot(unit[face_a], unit[face_b]) * _same_way(groups.faces, a, b))
+    bend = np.arctan2(sine, dot(unit[face_a], unit[face_b]) * _same_way(groups.faces, a, b))
     links = groups.of_corner[a], groups.of_corner[b]
-    large = np.full(groups.count, LARGE)
-    if shading is not None:
-        apart = np.abs(shading[source] - unit[groups.faces.polygons])
-        off = np.maximum(np.maximum(apart[:, 0], apart[:, 1]), apart[:, 2]) > SHADED_FLAT
-        large[groups.of_corner[off]] = HUGE
-    out = _chained(groups, links, bend <= ROUNDED, MOST_FACETS + 1, large)
+    shaded = _Shaded(groups, unit, source, shading)
+    out = _chained(shaded, links, bend <= ROUNDED, MOST_FACETS + 1)
     if shading is not None:
         smooth = (bend > CREASE) & (bend <= SMOOTH)
         smooth[smooth] = _is_smooth(groups.faces, a[smooth], b[smooth], source, shading)
-        out |= _chained(groups, links, smooth, FEWEST_SMOOTH, large)
-    out |= _remnants(groups, out, large)
-    small = ~out & (groups.area < groups.area.sum() / MOST_FLAT)
-    return out | small if np.count_nonzero(~out) > MOST_FLAT else out
+        out |= _chained(shaded, links, smooth, FEWEST_SMOOTH)
+    out |= _remnants(shaded, out)
+    mesh = groups.faces.mesh[groups.first]
+    many = np.bincount(mesh, ~out) > MOST_FLAT
+    return out | (many[mesh] & (groups.area < np.bincount(mesh, groups.area)[mesh] / MOST_FLAT))
+
+
+@dataclass(frozen=True, eq=False)
+class _Shaded:
+    """FlatGroups, and what `curved` is told of their shading."""
+
+    groups: FlatGroups
+    unit: np.ndarray
+    source: np.ndarray
+    shading: np.ndarray | None
+
+    def small(self, some, label):
+        """Those of some groups (k,) that are no larger parts, of what has the same label (g,), than curved ones are."""
+        area = self.groups.area[some]
+        size = area / _median(area, label[some])
+        large = size > LARGE
+        if self.shading is not None and large.any():
+            large[large] = (size[large] > HUGE) | self._is_flat(some[large])
+        return some[~large]
+
+    def _is_flat(self, some):
+        """(k,) Whether groups are shaded flat."""
+        faces, wanted = self.groups.faces, np.zeros(self.groups.count, bool)
+        wanted[some] = True
+        corner = np.flatnonzero(wanted[self.groups.of_corner])
+        off = np.abs(self.shading[self.source[corner]] - self.unit[faces.polygons[corner]]).max(axis=1) > SHADED_FLAT
+        wanted[self.groups.of_corner[corner[off]]] = False
+        return wanted[some]
 
 
 def _same_way(faces, a, b):
@@ -55,21 +83,29 @@ def _same_way(faces, a, b):
     return np.where((faces.corners[a] < faces.following[a]) != (faces.corners[b] < faces.following[b]), 1.0, -1.0)
 
 
-def _chained(groups, links, linked, fewest, large):
+def _chained(shaded, links, linked, fewest):
     """(g,) Whether groups are small parts of chains of at least so many."""
-    chain = connected(groups.count, links[0][linked], links[1][linked])
-    many = np.bincount(chain, minlength=groups.count)[chain] >= fewest
-    return many & ~(groups.area > large * _median(groups.area, chain))
+    count = shaded.groups.count
+    chain = connected(count, links[0][linked], links[1][linked])
+    return _marked(shaded, np.bincount(chain, minlength=count)[chain] >= fewest, chain)
 
 
-def _remnants(groups, out, large):
+def _remnants(shaded, out):
     """(g,) Small groups of components that are curved for the most part, where they are many."""
-    part = np.empty(groups.count, np.int64)
-    part[groups.label] = groups.faces.components
+    groups = shaded.groups
+    part = groups.faces.components[groups.first]
     count = int(part.max()) + 1
     curved_ones, rest = np.bincount(part, out, count), np.bincount(part, ~out, count)
     broken = (curved_ones > rest) & (rest > REMNANTS)
-    return broken[part] & ~(groups.area > large * _median(groups.area, part))
+    return _marked(shaded, broken[part], part)
+
+
+def _marked(shaded, wanted, label):
+    """(g,) The small ones among the groups (g,) bool of whole labels."""
+    out = np.zeros(shaded.groups.count, bool)
+    if wanted.any():
+        out[shaded.small(np.flatnonzero(wanted), label)] = True
+    return out
 
 
 def _median(values, label):

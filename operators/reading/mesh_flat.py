@@ -25,6 +25,16 @@ class FlatGroups:
         return int(self.label.max()) + 1
 
     @cached_property
+    def first(self):
+        """(g,) the first face of each group."""
+        return np.flatnonzero(np.diff(np.maximum.accumulate(self.label), prepend=-1))
+
+    @cached_property
+    def rounding(self):
+        """(g,) m; see MeshArrays."""
+        return self.faces.rounding[self.first]
+
+    @cached_property
     def of_corner(self):
         """(c,) the group of each corner."""
         return self.label[self.faces.polygons]
@@ -75,12 +85,12 @@ class FlatGroups:
         off = np.abs(dot(self._offset, unit[self.of_corner]))
         far = np.zeros(self.count)
         np.maximum.at(far, self.of_corner, off)
-        return ~(far <= SLACK * self.width + self.faces.rounding)
+        return ~(far <= SLACK * self.width + self.rounding)
 
     @cached_property
     def narrow(self):
         """(g,) Whether the rounding leaves no usable width."""
-        return ~(self.width > THINNEST * self.faces.rounding)
+        return ~(self.width > THINNEST * self.rounding)
 
     @cached_property
     def _border(self):
@@ -136,8 +146,8 @@ class FlatGroups:
         """The FlatGroups of some groups (g,) bool, and the number (k,) of each of them here."""
         some = np.flatnonzero(groups[self.label])
         label = in_order(self.label[some])
-        number = self.label[some[np.unique(label, return_index=True)[1]]]
-        return FlatGroups(self.faces.part(some), label), number
+        part = FlatGroups(self.faces.part(some), label)
+        return part, self.label[some[part.first]]
 
     def without(self, groups):
         """The FlatGroups where each face of these groups (g,) bool is one of its own."""
@@ -146,14 +156,14 @@ class FlatGroups:
         return FlatGroups(self.faces, in_order(label))
 
 
-def flat_groups(faces, unit, noise, bent):
+def flat_groups(faces, sine, noise, bent):
     """FlatGroups of MeshArrays of flat faces: of one material, no crease between them, in one plane, and with a simple
     border; where a larger group is none each of its faces is one, as is each bent face.
 
-    unit (f, 3) normals, noise (f,) rad by which rounding may turn them, bent (f,) bool.
+    sine (k,) of the angle at each joint, noise (f,) rad by which rounding may turn normals, bent (f,) bool.
     """
     a, b = faces.polygons[faces.joints]
-    flat = crease(unit, a, b) <= CREASE + noise[a] + noise[b]
+    flat = sine <= CREASE + noise[a] + noise[b]
     flat &= (faces.materials[a] == faces.materials[b]) & ~bent[a] & ~bent[b]
     groups = FlatGroups(faces, in_order(connected(len(faces.counts), a[flat], b[flat])))
     several = np.bincount(groups.label) > 1
@@ -171,8 +181,9 @@ def directions(faces):
     return faces.normals / np.linalg.norm(faces.normals, axis=1, keepdims=True), noise
 
 
-def crease(unit, a, b):
-    """(k,) sine of the angle between the planes of faces a and b (k,)."""
+def creases(faces, unit):
+    """(k,) sine of the angle between the planes of the faces at each joint, whose unit normals are (f, 3)."""
+    a, b = faces.polygons[faces.joints]
     return length(cross(unit[a], unit[b]))
 
 

@@ -26,18 +26,20 @@ class Baked:
 def baked_of(base, made, shapes):
     """Baked of the Arrays `base`, whose vertices are those of the evaluated Arrays `made` in which MeshShapes were
     found; None where its faces are not made of the same vertices any more."""
-    at = _triangle_at(made)
     parts = ("corners", "counts", "triangles")
+    at = None
     if base is made or all(np.array_equal(getattr(base, k), getattr(made, k)) for k in parts):
-        corner, triangle = np.arange(len(base.corners)), np.arange(len(base.triangles))
+        corner = triangle = slice(None)
     elif found := _matched(base, made):
+        at = _triangle_at(made)
         corner, triangle = found[0], at[found[1]]
     else:
         return None
     rest = (None, None)
     if shapes.counts[3]:
-        middle = made.vertices[made.corners[made.triangles]].astype(np.float64).mean(axis=1)
-        rest = made.normals[corner].astype(np.float64), middle[at[corner]]
+        at = _triangle_at(made) if at is None else at
+        a, b, c = (made.vertices[made.corners[made.triangles[:, k]]].astype(np.float64) for k in range(3))
+        rest = made.normals[corner].astype(np.float64), ((a + b + c) / 3)[at[corner]]
     return Baked(
         shapes.corner_shape[corner],
         shapes.corner_back[corner],

@@ -42,7 +42,7 @@ def polygons_of(groups, wanted):
     area = cross(at - first, at[_next(begin, len(loop))] - first) / 2
     normal = groups.normal[group[begin]]
     area = dot(np.add.reduceat(area, begin), normal) / np.maximum(groups.area[group[begin]], np.finfo(float).tiny)
-    loops, sizes = _straightened(at, begin, groups.faces.rounding)
+    loops, sizes = _straightened(at, begin, groups.rounding[group[begin]])
     of_group = group[begin]
     sound = (np.bincount(of_group, area > 0, groups.count) == 1) & wanted
     sound &= np.bincount(of_group, sizes < 3, groups.count) == 0
@@ -74,7 +74,8 @@ def _loops(after):
 
 
 def _straightened(at, begin, rounding):
-    """[(n, 3)] points of each loop (at (k, 3), begins) without those on a straight line, and their numbers.
+    """[(n, 3)] points of each loop (at (k, 3), begins, rounding (l,) m) without those on a straight line, and their
+    numbers.
 
     Vertices of what is finer than the outline lie there. A loop where the rest would be off keeps them all.
     """
@@ -87,9 +88,10 @@ def _straightened(at, begin, rounding):
     off = twice / np.maximum(np.linalg.norm(chord, axis=1), np.finfo(float).tiny)
     turn = np.arctan2(twice, dot(before, after))
     short = np.minimum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))
-    turns = ~((off <= rounding) & (turn <= STRAIGHT + rounding / np.maximum(short, np.finfo(float).tiny)))
     size = np.diff(np.append(begin, len(at)))
     of = np.repeat(np.arange(len(begin)), size)
+    slack = rounding[of]
+    turns = ~((off <= slack) & (turn <= STRAIGHT + slack / np.maximum(short, np.finfo(float).tiny)))
     kept = np.bincount(of, turns, len(begin))
     # each point left out must lie on the line between the two kept about it
     place = np.where(turns, np.arange(len(at)), -1)

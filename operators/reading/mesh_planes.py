@@ -29,8 +29,8 @@ def _parallelograms(groups):
     faces, of_corner, n = groups.faces, groups.of_corner, groups.count
     vectors, centroids = faces.fans
     weight = dot(vectors, groups.normal[of_corner]) * np.where(groups.backward, -1.0, 1.0)[faces.polygons]
-    origin = faces.vertices.mean(axis=0)
-    moment = total((centroids - origin) * weight[:, None], of_corner, n)
+    origin = faces.vertices[faces.corners[faces.starts[groups.first]]]
+    moment = total((centroids - origin[of_corner]) * weight[:, None], of_corner, n)
     centre = origin + moment / np.bincount(of_corner, weight, n)[:, None]
     order = np.argsort(of_corner, kind="stable")
     group, vertex = of_corner[order], faces.vertices[faces.corners[order]]
@@ -61,7 +61,7 @@ def _filled(groups, corner, u, v):
     area = np.linalg.norm(across, axis=1)
     sides = np.linalg.norm(np.stack([v, u], axis=1), axis=2)
     width = area[:, None] / sides  # (g, 2) across s, across t
-    slack = SLACK * width.min(axis=1) + faces.rounding
+    slack = SLACK * width.min(axis=1) + groups.rounding
     offset, size = faces.vertices[faces.corners] - corner[group], area[group]
     direction = across[group] / size[:, None]
     s = dot(cross(offset, v[group]), direction) / size
@@ -73,5 +73,5 @@ def _filled(groups, corner, u, v):
         wrong[group[groups.rim & ~(at <= slack[group])]] = True
     wrong |= ~(np.abs(groups.area - area) <= 2 * slack * sides.sum(axis=1))
     wrong[group[~(np.abs(dot(offset, direction)) <= slack[group])]] = True
-    wrong |= ~(width.min(axis=1) > THINNEST * faces.rounding)
+    wrong |= ~(width.min(axis=1) > THINNEST * groups.rounding)
     return ~wrong

@@ -1,20 +1,25 @@
-"""What a mesh is: UV spheres, parallelograms, polygons and the rest, from its arrays alone. numpy only, no bpy."""
+"""What meshes are: UV spheres, parallelograms, polygons and the rest, from their arrays alone. numpy only, no bpy.
 
-from dataclasses import dataclass, field
+Many meshes go through each step together: it takes some hundred calls of numpy, however small they are.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from .mesh_clean import clean, fans, weld
+from .mesh_balls import spheres_in
+from .mesh_clean import CleanMesh, clean, weld
 from .mesh_curved import curved
-from .mesh_flat import directions, flat_groups, in_order
+from .mesh_flat import creases, directions, flat_groups, in_order
+from .mesh_joined import Given, Joined, join
 from .mesh_outlines import PolygonShape, polygons_of
 from .mesh_planes import PlaneShape, planes_of
-from .mesh_spheres import COARSEST, SphereShape, find_sphere
-from .mesh_topology import MeshArrays, NotRecognised, connected
+from .mesh_spheres import COARSEST, SphereShape
+from .mesh_topology import NotRecognised, connected, rounding_of
 
-MISSES = 16  # components of one number of vertices and faces that are no spheres: the others are not tried
-LEAST_SPHERE = 9  # flat groups that the coarsest one has, and a box has not
+TWO_MATERIALS = "has a UV sphere of more than one material, which is taken as it is meshed; with one it would be exact"
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +49,8 @@ class MeshShapes:
     triangle_back: np.ndarray
     material: np.ndarray
     bodies: np.ndarray
+    as_mesh: Callable  # index of a flat shape -> the MeshShape that its faces make up
     warnings: list = field(default_factory=list)
-    _source: object = None  # in which they were found
-
-    def as_mesh(self, shape):
-        """The MeshShape that a flat shape's faces make up."""
-        return self._source.mesh(shape)
 
     @cached_property
     def counts(self):
@@ -94,120 +95,130 @@ def find_shapes(vertices, corners, counts, materials=None, grids=None, triangles
     """MeshShapes of a mesh, every polygon part of a shape; NotRecognised where there is nothing to be one.
 
     vertices (n, 3) m, corners (c,) vertex of each polygon corner, counts (p,) corners of each polygon, materials (p,)
-    a number that differs between materials: it parts shapes. grids: a dict that speeds up a row of calls, see
+    a number from 0 that differs between materials: it parts shapes. grids: a dict that speeds up a row of calls, see
     find_sphere. triangles (t, 3) corners of the polygons' triangles, normals (c, 3) with which corners are shaded:
-    fans and flat ones where there are none.
+    fans, of polygons taken for convex, and flat ones where there are none.
     """
-    mesh = MeshArrays.make(vertices, corners, counts, materials)
-    _check(mesh)
-    triangles = None if triangles is None else np.asarray(triangles, np.int64)
-    grids, warnings, welded = {} if grids is None else grids, [], weld(mesh)
-    if sphere := _sphere(_without_loose(welded), grids, warnings):
-        return _one(sphere, mesh, fans(mesh) if triangles is None else triangles)
-    found = clean(welded, triangles)
-    if found is None:
-        raise NotRecognised("has no face with an area; remove it or give it a size")
-    faces = found.faces
-    unit, noise = directions(faces)
-    groups = flat_groups(faces, unit, noise, found.bent)
-    of_sphere, spheres = _spheres(groups, grids, warnings)
-    rest = found.bent | curved(groups, unit, found.source, normals)[groups.label]
-    pieces = _pieces(groups, of_sphere, rest)
-    source = _Source(found, welded, unit, normals, pieces.number)
-    shapes = [pieces.shape(k, spheres) or source.mesh(k) for k in range(pieces.count)]
-    return MeshShapes(
-        shapes,
-        pieces.number[found.corner_face],
-        pieces.number[found.triangle_face],
-        found.corner_back ^ pieces.backward[found.corner_face],
-        found.triangle_back ^ pieces.backward[found.triangle_face],
-        faces.materials[pieces.first],
-        _bodies(faces.bodies, pieces.number, pieces.count),
-        found.warnings + warnings,
-        source,
-    )
+    (found,) = find_all([Given(np.asarray(vertices), corners, counts, materials, triangles, normals)], grids)
+    if isinstance(found, NotRecognised):
+        raise found
+    return found
 
 
-def _check(mesh):
+def find_all(meshes, grids=None):
+    """Of each Given its MeshShapes, or NotRecognised. All have triangles or none has, all have normals or none."""
+    found = [_fault(mesh) for mesh in meshes]
+    sound = [k for k, fault in enumerate(found) if fault is None]
+    if sound:
+        whole = join([meshes[k] for k in sound])
+        whole = replace(whole, mesh=weld(whole.mesh))
+        of_ball, balls, mixed = spheres_in(whole.mesh, {} if grids is None else grids)
+        shapes = _Found(whole, of_ball, balls)
+        if (of_ball < 0).any():
+            shapes.add(*whole.without(of_ball >= 0))
+        for mesh in mixed:
+            shapes.warn(mesh, TWO_MATERIALS)
+        for place, k in enumerate(sound):
+            found[k] = shapes.of_mesh(place)
+    return found
+
+
+def _fault(mesh):
+    """NotRecognised where a Given is no mesh to be recognised, else None."""
     if not len(mesh.counts):
-        raise NotRecognised("has no faces")
+        return NotRecognised("has no faces")
     if not np.isfinite(mesh.vertices).all():
-        raise NotRecognised("has vertices that are not finite; remove or repair them")
-    if mesh.rounding > COARSEST * _extent(mesh):
-        raise NotRecognised("is too small for its distance from the object's origin; use Set Origin to Geometry")
+        return NotRecognised("has vertices that are not finite; remove or repair them")
+    rounding = rounding_of(np.abs(mesh.vertices).max())
+    for corners in (mesh.corners[:4], mesh.corners):  # in most meshes a face tells
+        if rounding <= COARSEST * np.ptp(mesh.vertices[corners], axis=0).max():
+            return None
+    return NotRecognised("is too small for its distance from the object's origin; use Set Origin to Geometry")
 
 
-def _extent(mesh):
-    """m; the largest along the axes, of what has faces."""
-    is_used = np.zeros(len(mesh.vertices), bool)
-    is_used[mesh.corners] = True
-    return max(np.ptp(column[is_used]) for column in mesh.vertices.T)
+class _Found:
+    """The shapes of Joined meshes. first, materials, bodies (k,): of each shape its first polygon, see MeshShapes;
+    corner (C,), triangle (T,): their shapes, whose backs corner_back and triangle_back tell; balls come first."""
 
+    def __init__(self, whole, of_ball, balls):
+        self.whole, self.shapes, self.balls = whole, balls, len(balls)
+        polygons = np.flatnonzero(of_ball >= 0)
+        self.first = polygons[np.unique(of_ball[polygons], return_index=True)[1]]
+        self.bodies = np.full(len(balls), -1)
+        self.corner = of_ball[whole.mesh.polygons]
+        self.triangle = of_ball[whole.mesh.polygons[whole.triangles[:, 0]]]
+        self.corner_back, self.triangle_back = (np.zeros(len(part), bool) for part in (self.corner, self.triangle))
+        self.warnings, self.source = {}, None
 
-def _without_loose(mesh):
-    loose = np.bincount(mesh.corners, minlength=len(mesh.vertices)) == 0
-    return mesh.part(np.ones(len(mesh.counts), bool)) if loose.any() else mesh
+    def add(self, rest, corners, triangles):
+        """Finds what is no ball: the Joined `rest`, which has these corners and triangles of all."""
+        found = clean(rest)
+        if found is None:
+            return
+        faces = found.faces
+        unit, noise = directions(faces)
+        sine = creases(faces, unit)
+        groups = flat_groups(faces, sine, noise, found.bent)
+        pieces = _pieces(groups, found.bent | curved(groups, unit, sine, found.source, rest.normals)[groups.label])
+        self.source = _Source(found, rest, unit, pieces.number)
+        self.shapes = self.shapes + [pieces.shape(k) or self.source.mesh(k) for k in range(pieces.count)]
+        polygon = self.whole.mesh.polygons[corners][found.source[faces.starts]]
+        self.first = np.append(self.first, polygon[pieces.first])
+        self.bodies = np.append(self.bodies, _bodies(faces.bodies, pieces.number, pieces.count))
+        self.corner[corners] = self.balls + pieces.number[found.corner_face]
+        self.triangle[triangles] = self.balls + pieces.number[found.triangle_face]
+        self.corner_back[corners] = found.corner_back ^ pieces.backward[found.corner_face]
+        self.triangle_back[triangles] = found.triangle_back ^ pieces.backward[found.triangle_face]
+        self.warnings = found.warnings
 
+    def warn(self, mesh, text):
+        said = self.warnings.setdefault(mesh, [])
+        said += [text] if text not in said else []
 
-def _sphere(mesh, grids, warnings):
-    """The SphereShape that a MeshArrays is, or None."""
-    try:
-        sphere = find_sphere(mesh, grids)
-    except NotRecognised:
-        return None  # one with a fault is a mesh like any other
-    if sphere and (mesh.materials != mesh.materials[0]).any():
-        text = "has a UV sphere of more than one material, which is taken as it is meshed; with one it would be exact"
-        warnings += [text] if text not in warnings else []
-        return None
-    return sphere
+    @cached_property
+    def _order(self):
+        """order (k,): the shapes by their first polygons; rank (k,): place of each in it; begin (m + 1,): where those
+        of each mesh begin in it."""
+        order = np.argsort(self.first, kind="stable")
+        rank = np.empty(len(order), np.int64)
+        rank[order] = np.arange(len(order))
+        meshes = np.arange(len(self.whole.corner))
+        return order, rank, np.searchsorted(self.whole.mesh.mesh[self.first[order]], meshes)
 
+    def of_mesh(self, k):
+        """The MeshShapes of the mesh k, NotRecognised where it has none."""
+        order, rank, (begin, end) = *self._order[:2], self._order[2][k : k + 2].tolist()
+        if begin == end:
+            return NotRecognised("has no face with an area; remove it or give it a size")
+        corner, triangle = (slice(*part[k : k + 2].tolist()) for part in (self.whole.corner, self.whole.triangle))
+        mine, whole = order[begin:end], self.whole
 
-def _one(sphere, mesh, triangles):
-    """The MeshShapes of a mesh that is a sphere as a whole."""
-    corner, triangle = np.zeros(len(mesh.corners), np.int64), np.zeros(len(triangles), np.int64)
-    backs = corner.astype(bool), triangle.astype(bool)
-    return MeshShapes([sphere], corner, triangle, *backs, mesh.materials[:1], np.array([-1]))
+        def of(shape):  # what has no area and nothing beside it goes with the first
+            place = rank[shape] - begin
+            return np.where((place >= 0) & (place < end - begin), place, 0)
 
-
-def _spheres(groups, grids, warnings):
-    """sphere (f,): which of the list each face is part of, -1 for none; [SphereShape]: components of their own."""
-    faces = groups.faces
-    of, spheres = np.full(len(faces.counts), -1), []
-    component = in_order(faces.components)
-    count = int(component.max()) + 1
-    if count == 1:
-        return of, spheres  # tried as a whole
-    flat = np.bincount(component[np.unique(groups.label, return_index=True)[1]], minlength=count)
-    open_edges = np.bincount(component[faces.polygons], np.bincount(faces.edge)[faces.edge] != 2, count)
-    widest = np.zeros(count, np.int64)
-    np.maximum.at(widest, component, faces.counts)
-    order = np.argsort(component, kind="stable")
-    starts = np.searchsorted(component[order], np.arange(count + 1))
-    missed = {}
-    for k in np.flatnonzero((flat >= LEAST_SPHERE) & (open_edges == 0) & (widest <= 4)).tolist():
-        own = order[starts[k] : starts[k + 1]]
-        part = faces.part(own)
-        like = len(part.vertices), len(part.counts)
-        if missed.get(like, 0) >= MISSES:
-            continue
-        if sphere := _sphere(part, grids, warnings):
-            of[own] = len(spheres)
-            spheres.append(sphere)
-        else:
-            missed[like] = missed.get(like, 0) + 1
-    return of, spheres
+        return MeshShapes(
+            [self.shapes[j] for j in mine.tolist()],
+            of(self.corner[corner]),
+            of(self.triangle[triangle]),
+            self.corner_back[corner],
+            self.triangle_back[triangle],
+            whole.mesh.materials[self.first[mine]] - whole.material[k],
+            self.bodies[mine],
+            lambda shape: self.source.mesh(mine[shape] - self.balls),
+            self.warnings.get(k, []),
+        )
 
 
 @dataclass(eq=False)
 class _Pieces:
     """number (f,): the shape of each face, in order of their first faces; backward (f,): whether it looks against its
     shape; label (f,): groups, flat (g,): those that are shapes; planes: corner, u, v (g, 3) of them; outlines {group:
-    PolygonShape} of those that are no parallelograms; of_sphere (f,): see _spheres."""
+    PolygonShape} of those that are no parallelograms."""
 
     number: np.ndarray
     backward: np.ndarray
     label: np.ndarray
-    of_sphere: np.ndarray
     flat: np.ndarray
     planes: list
     outlines: dict
@@ -221,22 +232,19 @@ class _Pieces:
     def count(self):
         return len(self.first)
 
-    def shape(self, k, spheres):
+    def shape(self, k):
         """The shape with this number, None for a mesh."""
-        face = self.first[k]
-        group = self.label[face]
-        if self.of_sphere[face] >= 0:
-            return spheres[self.of_sphere[face]]
+        group = self.label[self.first[k]]
         if not self.flat[group]:
             return None
         return self.outlines.get(group) or PlaneShape(*(part[group] for part in self.planes))
 
 
-def _pieces(groups, of_sphere, rest):
+def _pieces(groups, rest):
     """The _Pieces of FlatGroups. rest (f,): faces of meshes."""
     faces = groups.faces
     flat = np.ones(groups.count, bool)
-    flat[groups.label[rest | (of_sphere >= 0)]] = False
+    flat[groups.label[rest]] = False
     planes, outlines, backward = [np.zeros((groups.count, 3)) for _ in range(3)], {}, np.zeros(len(faces.counts), bool)
     if flat.any():
         part, number = groups.part(flat)
@@ -252,42 +260,45 @@ def _pieces(groups, of_sphere, rest):
     # one mesh a material, and the closed ones by themselves
     kind = 2 * np.unique(faces.materials, return_inverse=True)[1] + (faces.bodies >= 0)
     number = np.where(flat[groups.label], groups.label, groups.count + kind)
-    number = np.where(of_sphere >= 0, groups.count + kind.max() + 1 + of_sphere, number)
-    return _Pieces(in_order(number), backward, groups.label, of_sphere, flat, planes, outlines)
+    return _Pieces(in_order(number), backward, groups.label, flat, planes, outlines)
 
 
 @dataclass(eq=False)
 class _Source:
-    """What shapes were found in: a CleanMesh, the MeshArrays it was made of, unit normals (f, 3) of its faces, shading
-    normals (C, 3) or None, and the shape of each face (f,)."""
+    """What shapes were found in: a CleanMesh, the Joined it was made of, unit normals (f, 3) of its faces, and the
+    shape of each face (f,)."""
 
-    found: object
-    welded: MeshArrays
+    found: CleanMesh
+    given: Joined
     unit: np.ndarray
-    normals: np.ndarray | None
     number: np.ndarray
 
     @cached_property
     def _by_shape(self):
         """The triangles sorted by shape, and where each shape begins."""
         number = self.number[self.found.triangle_face]
-        vertex = self.welded.corners[self.found.triangles]
-        some = np.flatnonzero(self.found.live & _all_differ(vertex))
+        some = np.flatnonzero(self.found.live & _all_differ(self.given.mesh.corners[self.found.triangles]))
         order = some[np.argsort(number[some], kind="stable")]
         return order, np.searchsorted(number[order], np.arange(int(self.number.max()) + 2))
 
     def mesh(self, shape):
         """The MeshShape of the faces of one."""
-        order, starts = self._by_shape
+        (order, starts), of, shading = self._by_shape, self.given.mesh, self.given.normals
         triangle = order[starts[shape] : starts[shape + 1]]
         corner = self.found.triangles[triangle]
-        vertex = self.welded.corners[corner]
-        is_used = np.zeros(len(self.welded.vertices), bool)
-        is_used[vertex] = True
-        face = self.found.triangle_face[triangle]
-        normals = self.unit[face][:, None].repeat(3, axis=1) if self.normals is None else self.normals[corner]
-        faces = int(np.count_nonzero(np.bincount(self.welded.polygons[corner[:, 0]])))
-        return MeshShape(self.welded.vertices[is_used], (np.cumsum(is_used) - 1)[vertex], normals, faces)
+        vertex = of.corners[corner]
+        low = vertex.min()
+        is_used = np.zeros(vertex.max() + 1 - low, bool)
+        is_used[vertex - low] = True
+        normals = shading[corner] if shading is not None else _thrice(self.unit[self.found.triangle_face[triangle]])
+        faces = int(np.count_nonzero(np.diff(of.polygons[corner[:, 0]], prepend=-1)))
+        vertices = of.vertices[low + np.flatnonzero(is_used)]
+        return MeshShape(vertices, (np.cumsum(is_used) - 1)[vertex - low], normals, faces)
+
+
+def _thrice(rows):
+    """(t, 3) -> (t, 3, 3) for the corners of triangles"""
+    return rows[:, None].repeat(3, axis=1)
 
 
 def _all_differ(vertex):

@@ -112,7 +112,7 @@ def _poles(mesh):
     around = np.column_stack([np.bincount(mesh.corners, offset[mesh.following, k], n) for k in range(3)])
     miss = around[may_be] / valence[may_be, None] - np.cos(np.pi / rings[may_be])[:, None] * offset[may_be]
     miss = np.linalg.norm(miss, axis=1)
-    slack = TYPED * np.abs(offset).max() + 10 * mesh.rounding
+    slack = TYPED * np.abs(offset).max() + 10 * mesh.rounding[0]
     # where only two vertices have a valence they are the poles; a smooth mesh may have thousands that look alike
     many = np.bincount(valence)[valence[may_be]] > 2
     likeliest = np.lexsort((miss, many))[:MOST_POLES]
@@ -134,7 +134,7 @@ def _fit(mesh, grid):
     axes = np.linalg.svd(linear, compute_uv=False)
     if not axes[2] > 1e-9 * axes[0]:
         raise NotRecognised("is a UV sphere scaled flat; give it a volume or replace it by a plane")
-    noise = mesh.rounding / axes[2]
+    noise = mesh.rounding[0] / axes[2]
     if noise > COARSEST:
         raise NotRecognised("is a sphere too flat for its distance from the object's origin; give it more volume")
     miss = np.linalg.norm((mesh.vertices - origin) @ np.linalg.inv(linear).T - grid.ideal, axis=1).max()

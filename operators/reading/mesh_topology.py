@@ -1,6 +1,6 @@
 """A mesh as plain arrays, and the little topology that shape detection needs. numpy only, no bpy."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,19 +14,25 @@ class NotRecognised(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class MeshArrays:
-    """vertices (n, 3) m, local; corners (c,) vertex of each polygon corner; counts (p,) corners of each polygon;
-    materials (p,) any number that tells the polygons' materials apart."""
+    """One mesh, or several that share nothing: vertices (n, 3) m, local; corners (c,) vertex of each polygon corner;
+    counts (p,) corners of each polygon; materials (p,) any number that tells the polygons' materials apart; mesh (p,)
+    which of the meshes each is of; rounding (p,) m: how far float32 may have moved its vertices."""
 
     vertices: np.ndarray
     corners: np.ndarray
     counts: np.ndarray
     materials: np.ndarray
+    mesh: np.ndarray
+    rounding: np.ndarray
 
     @classmethod
     def make(cls, vertices, corners, counts, materials=None):
-        counts = np.asarray(counts, np.int64)
-        materials = np.zeros(len(counts), np.int64) if materials is None else np.asarray(materials)
-        return cls(np.asarray(vertices, np.float64), np.asarray(corners, np.int64), counts, materials)
+        """Of one mesh."""
+        vertices, counts = np.asarray(vertices, np.float64), np.asarray(counts, np.int64)
+        none = np.zeros(len(counts), np.int64)
+        materials = none if materials is None else np.asarray(materials)
+        rounding = np.full(len(counts), rounding_of(np.abs(vertices).max(initial=0.0)))
+        return cls(vertices, np.asarray(corners, np.int64), counts, materials, none, rounding)
 
     @cached_property
     def starts(self):
@@ -82,11 +88,6 @@ class MeshArrays:
         return np.concatenate(pairs, axis=1)
 
     @cached_property
-    def rounding(self):
-        """m; how far float32 may have moved a vertex: a few roundings at the largest coordinate."""
-        return 4 * FLOAT32 * float(np.abs(self.vertices).max())
-
-    @cached_property
     def fans(self):
         """Area vectors and centroids (c, 3) of the triangles first corner, corner, next corner; zero at both ends."""
         first = np.repeat(self.vertices[self.corners[self.starts]], self.counts, axis=0)
@@ -95,30 +96,64 @@ class MeshArrays:
         return cross(a, b) / 2, first + (a + b) / 3
 
     @cached_property
+    def _measures(self):
+        """Area vectors (p, 3) m^2; longest sides (p,) m; (p,) m how far off its plane, through the first, each
+        polygon's corners are."""
+        vectors, longest, off = np.empty((len(self.counts), 3)), np.empty(len(self.counts)), np.zeros(len(self.counts))
+        for size in (3, 4):  # nearly all are: their diagonals tell
+            some = np.flatnonzero(self.counts == size)
+            at = [self.vertices[self.corners[self.starts[some] + k]] for k in range(size)]
+            vector = cross(at[2] - at[0], at[-1] - at[1]) / 2
+            vectors[some] = vector
+            longest[some] = np.maximum.reduce([length(at[k] - at[k - 1]) for k in range(size)])
+            if size == 4:  # both ends of either diagonal are at one height
+                off[some] = _over(np.abs(np.einsum("pi,pi->p", vector, at[1] - at[0])), length(vector))
+        some = np.flatnonzero(self.counts > 4)
+        if len(some):
+            vectors[some], longest[some], off[some] = _measures_of(self.kept(some))
+        return vectors, longest, off
+
+    @property
     def normals(self):
         """(p, 3) m^2 along each polygon's normal, its length the area."""
-        if self.is_triangles:
-            a, b, c = (self.vertices[self.corners[k::3]] for k in range(3))
-            return cross(b - a, c - a) / 2
-        return np.add.reduceat(self.fans[0], self.starts)
+        return self._measures[0]
 
-    @cached_property
-    def is_triangles(self):
-        return bool((self.counts == 3).all())
+    @property
+    def off(self):
+        """(p,) m; how far corners are off their polygon's plane."""
+        return self._measures[2]
 
     @cached_property
     def heights(self):
         """(p,) m; the width of each polygon across its longest edge, if it were a parallelogram."""
-        lengths = length(self.vertices[self.following] - self.vertices[self.corners])
-        longest = np.maximum.reduceat(lengths, self.starts)
-        return length(self.normals) / np.maximum(longest, np.finfo(float).tiny)
+        return _over(length(self.normals), self._measures[1])
 
     def part(self, polygons):
         """The MeshArrays of some polygons, a bool mask (p,) or indices, with the vertices they use."""
+        part = self.kept(polygons)
+        low = part.corners.min()
+        used = np.zeros(part.corners.max() + 1 - low, bool)
+        used[part.corners - low] = True
+        corners = (np.cumsum(used) - 1)[part.corners - low]
+        return replace(part, vertices=self.vertices[low + np.flatnonzero(used)], corners=corners)._knows(part)
+
+    def kept(self, polygons):
+        """The same with all vertices."""
         polygons = np.flatnonzero(polygons) if polygons.dtype == bool else polygons
         corners = self.corners[spans(self.starts[polygons], self.counts[polygons])]
-        used, corners = np.unique(corners, return_inverse=True)
-        return MeshArrays.make(self.vertices[used], corners, self.counts[polygons], self.materials[polygons])
+        rest = (part[polygons] for part in (self.counts, self.materials, self.mesh, self.rounding))
+        return MeshArrays(self.vertices, corners, *rest)._knows(self, polygons)
+
+    def _knows(self, other, polygons=slice(None)):
+        """Itself, with what is known already of those polygons of another MeshArrays, which it has."""
+        if "_measures" in other.__dict__:
+            self.__dict__["_measures"] = tuple(part[polygons] for part in other._measures)
+        return self
+
+    def alone(self, polygons):
+        """Those polygons as one mesh, by the rounding of their own vertices."""
+        part = self.part(polygons)
+        return MeshArrays.make(part.vertices, part.corners, part.counts, part.materials)
 
     @cached_property
     def bodies(self):
@@ -128,7 +163,7 @@ class MeshArrays:
         forward = np.where(self.corners < self.following, 1, -1)
         paired = (np.bincount(self.edge) == 2) & (np.bincount(self.edge, forward) == 0)
         # three times the volume under each polygon, as triangles with its first corner
-        first = self.vertices[self.corners[self.starts]] - self.vertices.mean(axis=0)
+        first = self.vertices[self.corners[self.starts]] - self.vertices[component]
         volume = np.einsum("pi,pi->p", first, self.normals)
         count = len(self.vertices)
         is_open = np.zeros(count, bool)
@@ -140,6 +175,25 @@ class MeshArrays:
     def components(self):
         """(p,) a number for each polygon, the same within a component; polygons are linked through vertices."""
         return connected(len(self.vertices), self.corners, self.following)[self.corners[self.starts]]
+
+
+def _measures_of(mesh):
+    """MeshArrays._measures of any polygons."""
+    vectors = np.add.reduceat(mesh.fans[0], mesh.starts)
+    sides = length(mesh.vertices[mesh.following] - mesh.vertices[mesh.corners])
+    apart = mesh.vertices[mesh.corners] - np.repeat(mesh.vertices[mesh.corners[mesh.starts]], mesh.counts, axis=0)
+    off = np.abs(np.einsum("ci,ci->c", apart, vectors[mesh.polygons]))
+    longest, off = (np.maximum.reduceat(values, mesh.starts) for values in (sides, off))
+    return vectors, longest, _over(off, length(vectors))
+
+
+def _over(a, b):
+    return a / np.maximum(b, np.finfo(float).tiny)
+
+
+def rounding_of(largest):
+    """m; how far float32 may have moved vertices of these largest coordinates: a few roundings."""
+    return 4 * FLOAT32 * largest
 
 
 def cross(a, b):

@@ -215,12 +215,10 @@ def _ramp(output, walk):
 
 
 def _hue_saturation(hue, saturation, value, factor, colour):
-    hue, saturation, value, factor, colour = (np.atleast_2d(a) for a in (hue, saturation, value, factor, colour))
-    hsv = hsv_of_rgb(np.broadcast_to(colour, (max(map(len, (hue, saturation, value, colour))), 3)))
-    hsv[:, 0] = (hsv[:, 0] + hue[:, 0] + 0.5) % 1.0
-    hsv[:, 1] = np.clip(hsv[:, 1] * saturation[:, 0], 0.0, 1.0)
-    hsv[:, 2] *= value[:, 0]
-    return np.maximum(_between(colour, rgb_of_hsv(hsv), factor), 0.0)
+    hsv = hsv_of_rgb(colour)
+    parts = (hsv[:, :1] + hue + 0.5) % 1.0, np.clip(hsv[:, 1:2] * saturation, 0.0, 1.0), hsv[:, 2:] * value
+    changed = rgb_of_hsv(np.concatenate(np.broadcast_arrays(*parts), axis=1))
+    return np.maximum(_between(colour, changed, factor), 0.0)
 
 
 def _contrast(colour, bright, contrast):

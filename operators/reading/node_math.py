@@ -19,8 +19,8 @@ def of_inputs(identifiers, function):
 
 def over(a, b):
     """a / b, 0 where b is 0."""
-    a, b = np.broadcast_arrays(a, b)
-    return np.divide(a, b, out=np.zeros(a.shape), where=b != 0)
+    zero = b == 0
+    return np.where(zero, 0.0, a / np.where(zero, 1.0, b))
 
 
 def _power(a, b):

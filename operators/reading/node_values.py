@@ -35,12 +35,14 @@ class Value:
 def together(notes):
     """Tuples of sentences as one, each once, in order."""
     filled = [some for some in notes if some]
-    return tuple(dict.fromkeys(text for some in filled for text in some)) if len(filled) > 1 else (*filled, ())[0]
+    if len(filled) < 2:
+        return filled[0] if filled else ()
+    return tuple(dict.fromkeys(text for some in filled for text in some))
 
 
 def constant(value, notes=()):
     """A Value of a number or of k numbers, the same everywhere."""
-    return Value(np.atleast_1d(np.asarray(value, float))[None], notes=notes)
+    return Value(np.array(value, float, ndmin=2), notes=notes)
 
 
 def at_places(function, *needs):
@@ -51,7 +53,7 @@ def at_places(function, *needs):
 def derive(function, *inputs):
     """The Value function(*arrays) of Values; computed at once where all are constant."""
     notes = together([value.notes for value in inputs])
-    if not any(value.varies for value in inputs):
+    if all([value.constant is not None for value in inputs]):
         with np.errstate(all="ignore"):
             return Value(np.asarray(function(*(value.constant for value in inputs)), float), notes=notes)
     needs = frozenset().union(*(value.needs for value in inputs if value.needs))

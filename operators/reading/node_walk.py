@@ -7,13 +7,11 @@ is too deep, no socket is read twice, and links in a circle are found.
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from .node_values import Value, constant, converted
 from .preview_nodes import before_preview
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Socket:
     """A node's socket, and the group nodes that one is inside of."""
 
@@ -26,11 +24,15 @@ class Socket:
 
     @cached_property
     def key(self):
-        return (*(group.name for group in self.path), self.node.name, self.socket.identifier)
+        return *[group.name for group in self.path], self.node.name, self.socket.identifier
 
     def input(self, identifier):
         """The input with this identifier of the same node."""
-        return Socket(self.path, next(s for s in self.node.inputs if s.identifier == identifier))
+        return Socket(self.path, self._inputs[identifier])
+
+    @cached_property
+    def _inputs(self):
+        return {s.identifier: s for s in self.node.inputs}
 
     def inputs(self):
         """Inputs of the same node that are in use, by identifier."""
@@ -125,11 +127,13 @@ class Walk:
                 last = socket
 
     def _link(self, socket):
-        tree = socket.path[-1].node_tree if socket.path else self.tree
-        key = tuple(group.name for group in socket.path)
-        if key not in self._links:  # asked socket by socket, every question searches all links
-            self._links[key] = {link.to_socket.as_pointer(): link for link in tree.links if not link.is_muted}
-        return self._links[key].get(socket.socket.as_pointer())
+        key = tuple([group.name for group in socket.path]) if socket.path else ()
+        links = self._links.get(key)
+        if links is None:  # asked socket by socket, every question searches all links
+            tree = socket.path[-1].node_tree if socket.path else self.tree
+            links = {link.to_socket.as_pointer(): link for link in tree.links if not link.is_muted}
+            self._links[key] = links
+        return links.get(socket.socket.as_pointer())
 
     def _ended(self, socket, end):
         """What an input is, given its source: a Value of its own type, or what a shader reader made, None for none."""
@@ -170,7 +174,7 @@ def _same(sockets, other, path):
 def plain(socket):
     """A socket's own value as a Value: what it is without a link."""
     value = getattr(socket.socket, "default_value", 0.0)
-    return constant(np.array(value, float).ravel()[:3])
+    return constant(value[:3] if hasattr(value, "__len__") else value)
 
 
 def title(node):

@@ -7,9 +7,10 @@ import numpy as np
 
 from ...pdm_core import Polygon
 from .mesh_arrays import Arrays
+from .mesh_joined import Given
 from .mesh_match import Baked, baked_of
 from .mesh_outlines import PolygonShape
-from .mesh_shapes import MeshShapes, find_shapes
+from .mesh_shapes import MeshShapes, find_all
 from .mesh_topology import FLOAT32, NotRecognised
 
 FLATTEST = 1e-7  # of a matrix's largest scale: single precision knows no smaller one
@@ -61,13 +62,51 @@ class MeshObject:
         return self.raw.name
 
 
-def recognise(raw, known):
-    """The MeshObject of a RawMesh, or NotRecognised; arrays alone. known: a dict kept over all calls."""
-    arrays, matrix = raw.arrays, raw.matrix
-    if _is_singular(matrix):  # scaled flat: what it is shows in the world only
-        arrays, matrix = arrays.flattened(matrix), np.eye(4)
-    shapes = _find(arrays, raw.of_polygon, known)
-    found = MeshObject(raw, matrix, shapes, [raw.materials[k] for k in shapes.material], raw.base)
+def recognise_all(some, known, grids):
+    """[MeshObject or NotRecognised] of RawMeshes, all at once; arrays alone. known: a dict kept over all calls, of what
+    the same arrays are: copies, instances, primitives; grids: see find_sphere, likewise."""
+    shown = _shown(some)
+    keys = [_key(arrays, raw.of_polygon) for raw, (arrays, _) in zip(some, shown, strict=True)]
+    new = {key: k for k, key in reversed(list(enumerate(keys))) if key not in known}
+    for has_normals in (True, False):
+        mine = [key for key, k in new.items() if (shown[k][0].normals is not None) == has_normals]
+        found = find_all([_given(shown[new[key]][0], some[new[key]].of_polygon) for key in mine], grids)
+        known |= {key: _sound(shapes) for key, shapes in zip(mine, found, strict=True)}
+    return [_object(raw, matrix, known[key]) for raw, (_, matrix), key in zip(some, shown, keys, strict=True)]
+
+
+def _shown(some):
+    """[(Arrays, matrix)] of RawMeshes; what is scaled flat shows in the world only what it is."""
+    scale = np.linalg.svd(np.array([raw.matrix[:3, :3] for raw in some]), compute_uv=False)
+    flat = ~(scale[:, 2] > FLATTEST * scale[:, 0])
+    return [
+        (raw.arrays.flattened(raw.matrix), np.eye(4)) if is_flat else (raw.arrays, raw.matrix)
+        for raw, is_flat in zip(some, flat.tolist(), strict=True)
+    ]
+
+
+def _key(arrays, materials):
+    parts = arrays.vertices, arrays.corners, arrays.counts, materials, arrays.normals
+    return tuple(None if part is None else part.tobytes() for part in parts)
+
+
+def _given(arrays, materials):
+    return Given(arrays.vertices, arrays.corners, arrays.counts, materials, arrays.triangles, arrays.normals)
+
+
+def _sound(shapes):
+    """The MeshShapes, outlines that cross themselves as meshes."""
+    for k, shape in enumerate(getattr(shapes, "shapes", ())):
+        if isinstance(shape, PolygonShape) and Polygon(shape.outline, shape.holes).problem():
+            shapes.shapes[k] = shapes.as_mesh(k)
+    return shapes
+
+
+def _object(raw, matrix, shapes):
+    """The MeshObject of a RawMesh that has these MeshShapes; or NotRecognised."""
+    if isinstance(shapes, NotRecognised):
+        return shapes
+    found = MeshObject(raw, matrix, shapes, [raw.materials[k] for k in shapes.material.tolist()], raw.base)
     found.reason, found.warnings = raw.reason, raw.warnings + shapes.warnings
     if raw.reason:
         return found
@@ -79,30 +118,6 @@ def recognise(raw, known):
         found.reason, found.is_applied, found.base = "", True, raw.arrays
         found.baked = baked_of(raw.arrays, raw.arrays, shapes)
     return found
-
-
-def _find(arrays, materials, known):
-    """find_shapes, once for all objects with the same arrays: copies, instances, primitives."""
-    parts = arrays.vertices, arrays.corners, arrays.counts, materials, arrays.normals
-    key = tuple(None if part is None else part.tobytes() for part in parts)
-    if key not in known:
-        vertices, corners, counts, materials, normals = parts
-        try:
-            shapes = find_shapes(vertices, corners, counts, materials, known, arrays.triangles, normals)
-            for k, shape in enumerate(shapes.shapes):  # outlines that cross themselves
-                if isinstance(shape, PolygonShape) and Polygon(shape.outline, shape.holes).problem():
-                    shapes.shapes[k] = shapes.as_mesh(k)
-            known[key] = shapes
-        except NotRecognised as error:
-            known[key] = error
-    if isinstance(known[key], NotRecognised):
-        raise known[key]
-    return known[key]
-
-
-def _is_singular(matrix):
-    scale = np.linalg.svd(matrix[:3, :3], compute_uv=False)
-    return not scale[2] > FLATTEST * scale[0]
 
 
 def materials_of(evaluated, mesh):

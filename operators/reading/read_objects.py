@@ -26,8 +26,8 @@ class Gathered:
     warnings: list = field(default_factory=list)
 
 
-def gather_objects(visible, wanted, depsgraph, look, single_user=False, apply=False):
-    """Gathered of the objects that a render shows and of their instances, while the depsgraph lives.
+def gather_steps(visible, wanted, depsgraph, look, single_user=False, apply=False):
+    """Generator; returns Gathered of the objects that a render shows and of their instances, while the depsgraph lives.
 
     look: Material or None -> Appearance. single_user: objects that share a mesh get one of their own when they are
     baked, wanted (set) ones; apply: what modifiers change is baked as they leave it.
@@ -38,6 +38,7 @@ def gather_objects(visible, wanted, depsgraph, look, single_user=False, apply=Fa
         if obj.type == "MESH" and obj in wanted:
             first_user.setdefault(obj.data, obj)
     for obj in visible:
+        yield
         if obj.type in UNREAD:
             out.refused.append((obj.name, f"is of type {obj.type.title()}; convert it to a mesh"))
         if obj.type != "MESH" or _is_ghost(obj):

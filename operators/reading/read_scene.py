@@ -1,6 +1,7 @@
 """Blender's scene as a pdm_core.Scene: every render-visible mesh object becomes surfaces or is refused aloud."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import bpy
 import numpy as np
@@ -16,13 +17,15 @@ from .mesh_arrays import Arrays
 from .mesh_shapes import MeshShape
 from .mesh_topology import NotRecognised
 from .read_lights import read_lights
-from .read_mesh import recognise
-from .read_objects import gather_objects
+from .read_mesh import recognise_all
+from .read_objects import gather_steps
 from .read_surfaces import pieces_of
 from .read_world import world_steps
 from .render_visible import evaluated, render_visible
+from .undisturbed import undisturbed
 
-LARGE = 20_000  # corners, from which on a mesh is recognised in a thread of its own, to give signs of life meanwhile
+AT_ONCE = 100_000  # corners of meshes that are recognised together, in a thread: it gives signs of life meanwhile
+LARGE = 20_000  # corners, from which on a mesh's sides are told apart in one, too
 SINGLE = 2**-24  # relative rounding of Blender's coordinates and matrices
 
 
@@ -89,27 +92,12 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
     make_single_user, apply_modifiers: what such an object needs is bakeable, and gets a mesh of its own.
     SceneError where a name is missing or a visible object is in Edit Mode.
     """
-    view_layer = context.view_layer
-    visible = render_visible(view_layer)
-    meshes = [obj for obj in visible if obj.type == "MESH"]
-    wanted = _wanted(view_layer, meshes, objects)
-    editing = [repr(obj.name) for obj in meshes if obj.data.is_editmode]
-    if editing:
-        raise SceneError(f"Object {', '.join(editing)} is in Edit Mode; switch to Object Mode first")
-    reading = Reading(None, hidden=sum(obj.type == "MESH" for obj in view_layer.objects) - len(meshes))
-    with evaluated(context, visible) as depsgraph:  # what is hidden is shown meanwhile: no other hand may come between
-        baked, images = frozenset(baked), {}
-        gathered = gather_objects(
-            visible,
-            wanted,
-            depsgraph,
-            lambda material: read_material(material, baked, images),
-            make_single_user,
-            apply_modifiers,
-        )
-        reading.refused += gathered.refused
-        reading.warnings += gathered.warnings
-        lights = _lights(visible, depsgraph, reading)
+    baked = frozenset(baked)
+    is_hidden = any(not obj.visible_get() for obj in render_visible(context.view_layer))
+    steps = undisturbed(  # what is hidden is shown meanwhile: no other hand may come between
+        lambda: _gather_steps(context, objects, baked, make_single_user, apply_modifiers), at_once=is_hidden
+    )
+    reading, gathered, lights, wanted = yield from mapped(steps, lambda _: 0.0)
     background, suns = yield from _background(context.scene, reading)
     is_lit = callable(background) or np.any(background) or bool(lights or suns)
     settle_pictures(gathered.looks, is_lit)
@@ -131,7 +119,32 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
         else:
             read = yield from mapped(in_thread(_read_object, mesh, own, is_wanted), lambda _: 1.0)
         reading.objects.append(read)
+        yield 1.0
     return reading
+
+
+def _gather_steps(context, objects, baked, make_single_user, apply_modifiers):
+    """Generator; returns the Reading so far, Gathered, [Light] and the set of objects to bake."""
+    view_layer, images = context.view_layer, {}
+    visible = render_visible(view_layer)
+    meshes = [obj for obj in visible if obj.type == "MESH"]
+    wanted = _wanted(view_layer, meshes, objects)
+    editing = [repr(obj.name) for obj in meshes if obj.data.is_editmode]
+    if editing:
+        raise SceneError(f"Object {', '.join(editing)} is in Edit Mode; switch to Object Mode first")
+    with evaluated(context, visible) as depsgraph:
+        gathered = yield from gather_steps(
+            visible,
+            wanted,
+            depsgraph,
+            lambda material: read_material(material, baked, images),
+            make_single_user,
+            apply_modifiers,
+        )
+        hidden = sum(obj.type == "MESH" for obj in view_layer.objects) - len(meshes)
+        reading = Reading(None, [], gathered.refused, gathered.warnings, hidden)
+        lights = _lights(visible, depsgraph, reading)
+    return reading, gathered, lights, wanted
 
 
 def _accepted(found, looks, baked, reading):
@@ -162,20 +175,24 @@ def _wanted(view_layer, meshes, objects):
 
 def _recognise(raw, reading):
     """Generator of the fraction done; returns [MeshObject] of the recognised; the others go to reading.refused."""
-    found, known, done = [], {}, 0
-    total = sum(len(mesh.arrays.corners) for mesh in raw)
-    for mesh in raw:
-        size = len(mesh.arrays.corners)
-        try:
-            if size < LARGE:
-                found.append(recognise(mesh, known))
+    found, known, grids, done = [], {}, {}, 0
+    total = max(sum(len(mesh.arrays.corners) for mesh in raw), 1)
+    for some in _batches(raw):
+        objects = yield from mapped(in_thread(recognise_all, some, known, grids), lambda _, at=done: at / total)
+        for mesh, read in zip(some, objects, strict=True):
+            if isinstance(read, NotRecognised):
+                reading.refused.append((mesh.name, str(read)))
             else:
-                found.append((yield from mapped(in_thread(recognise, mesh, known), lambda _, at=done: at / total)))
-        except NotRecognised as error:
-            reading.refused.append((mesh.name, str(error)))
-        done += size
-        yield done / max(total, 1)
+                found.append(read)
+        done += sum(len(mesh.arrays.corners) for mesh in some)
     return found
+
+
+def _batches(raw):
+    """[[RawMesh]] of some AT_ONCE corners each, in order."""
+    number = np.cumsum([len(mesh.arrays.corners) for mesh in raw]) // AT_ONCE
+    begin = np.flatnonzero(np.diff(number, prepend=-1)).tolist()
+    return [raw[first:last] for first, last in pairwise([*begin, len(raw)])]
 
 
 def _pieces(found, looks, baked, reading):
@@ -223,7 +240,7 @@ def _read_object(mesh, indices, is_wanted):
         read.triangle_surface = side[baked.triangle_shape, baked.triangle_back.astype(int)]
         if baked.normals is not None:
             is_mesh = np.array([isinstance(shape, MeshShape) for shape in mesh.shapes.shapes])
-            normals = unit(np.einsum("ci,ij->cj", baked.normals, np.linalg.pinv(linear)))
+            normals = unit(baked.normals @ np.linalg.pinv(linear))
             read.corner_normals = np.where(is_mesh[baked.corner_shape, None], normals, 0.0)  # what is exact has its own
             read.middles = baked.middles @ linear.T + mesh.raw.matrix[:3, 3]
     return read

@@ -44,11 +44,12 @@ def pieces_of(name, matrix, shapes, looks, materials):
 
     A side keeps facing where the inverse transpose of the matrix takes its normal, mirrored or not, as in Cycles.
     """
+    step = -1 if np.linalg.det(matrix[:3, :3]) < 0 else 1  # mirrored, the order of corners turns
     pieces, doubled = [], np.bincount(shapes.corner_shape[shapes.corner_back], minlength=len(shapes.shapes)) > 0
     for k, (look, body) in enumerate(zip(looks, shapes.bodies.tolist(), strict=True)):
-        shape = _in_the_world(matrix, shapes.shapes[k])
+        shape = _in_the_world(matrix, step, shapes.shapes[k])
         if isinstance(shape, Polygon) and shape.problem():
-            shape = _in_the_world(matrix, shapes.as_mesh(k))
+            shape = _in_the_world(matrix, step, shapes.as_mesh(k))
         label = name if len(looks) == 1 else f"{name} {CALLED[type(shape)]} {k + 1}"
         outward = getattr(shapes.shapes[k], "is_outward", True)
         pieces.append(
@@ -57,18 +58,19 @@ def pieces_of(name, matrix, shapes, looks, materials):
     return pieces
 
 
-def _in_the_world(matrix, shape):
+def _in_the_world(matrix, step, shape):
     """A shape of the core from a local one."""
     linear, origin = matrix[:3, :3], matrix[:3, 3]
-    step = -1 if np.linalg.det(linear) < 0 else 1
     if isinstance(shape, SphereShape):
         return _sphere(matrix @ shape.matrix)
     if isinstance(shape, PolygonShape):
         outline, *holes = ((loop @ linear.T + origin)[::step] for loop in (shape.outline, *shape.holes))
         return Polygon(outline, holes)
     if isinstance(shape, MeshShape):
-        normals = shape.normals[:, ::step] @ (np.linalg.inv(linear) if np.linalg.det(linear) else np.eye(3))
-        return Mesh(shape.vertices @ linear.T + origin, shape.triangles[:, ::step], normals.reshape(-1, 3))
+        normals = shape.normals[:, ::step].reshape(-1, 3) @ (
+            np.linalg.inv(linear) if np.linalg.det(linear) else np.eye(3)
+        )
+        return Mesh(shape.vertices @ linear.T + origin, shape.triangles[:, ::step], normals)
     u, v = (linear @ shape.u, linear @ shape.v)[::step]
     return Plane(linear @ shape.corner + origin, u, v)
 

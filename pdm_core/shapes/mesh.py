@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ..checked import SceneError, array
+from ..closed_forms import cross, dot
 from ..coincident import REACHES
 from ..ears import triangulated
 from ..nearest import NearestTriangle
@@ -65,10 +66,10 @@ class Mesh(Shape):
     def _cut(self):
         """(t, 3) corners, as indices into the corners of all faces in turn, of the triangles with an area."""
         corners = _triangles_of(self.vertices, self._start, self._corner)
-        p, q, r = np.moveaxis(self.vertices[self._corner[corners]], 1, 0)
-        longest = np.max([((a - b) ** 2).sum(axis=1) for a, b in ((p, q), (q, r), (r, p))], axis=0)
-        area = np.linalg.norm(np.cross(q - p, r - p), axis=1)
-        corners = corners[area > FLATTEST * longest]
+        p, q, r = (self.vertices[self._corner[corners[:, k]]].T for k in range(3))
+        sides = [dot(side, side) for side in (q - p, r - q, p - r)]
+        across = cross(q - p, r - p)
+        corners = corners[np.sqrt(dot(across, across)) > FLATTEST * np.maximum.reduce(sides)]
         # vertices at one place are one here: doubled faces need not share them, nor begin with the same one
         key = np.add.reduceat(_names(self.vertices)[self._corner], self._start[:-1])
         first = np.unique(key, return_index=True)[1]
@@ -95,8 +96,8 @@ class Mesh(Shape):
     @cached_property
     def _area_vectors(self):
         """(t, 3) m^2"""
-        p, q, r = np.moveaxis(self._points, 1, 0)
-        return np.cross(q - p, r - p) / 2
+        p, q, r = (self.vertices[self.triangles[:, k]].T for k in range(3))
+        return cross(q - p, r - p).T / 2
 
     @cached_property
     def triangle_normals(self):
@@ -106,7 +107,7 @@ class Mesh(Shape):
     @cached_property
     def areas(self):
         """(t,) m^2"""
-        return np.linalg.norm(self._area_vectors, axis=1)
+        return np.sqrt(dot(self._area_vectors.T, self._area_vectors.T))
 
     @cached_property
     def area(self):
@@ -155,20 +156,26 @@ class Mesh(Shape):
     @cached_property
     def bounds(self):
         """Centre (3,) m, of the box, and radius of a sphere around the shape."""
-        used = self.vertices[np.unique(self.triangles)]
-        centre = (used.min(axis=0) + used.max(axis=0)) / 2
-        return centre, float(np.linalg.norm(used - centre, axis=1).max())
+        centre = (self._used.min(axis=0) + self._used.max(axis=0)) / 2
+        return centre, float(np.linalg.norm(self._used - centre, axis=1).max())
+
+    @cached_property
+    def _used(self):
+        """(n, 3) m, vertices that triangles have."""
+        used = np.zeros(len(self.vertices), bool)
+        used[self.triangles] = True
+        return self.vertices[used]
 
     @cached_property
     def marks(self):
         """(12,) m; the same of the same shape."""
-        middle = self._points.mean(axis=1)
+        p, q, r = (self.vertices[self.triangles[:, k]] for k in range(3))
+        middle = (p + q + r) / 3
         centre = self.areas @ middle / self.area
-        offset = self._points - centre
         spread = np.sqrt(self.areas @ ((middle - centre) ** 2).sum(axis=1) / self.area)
-        volume = np.einsum("ti,ti->", self._area_vectors, offset[:, 0]) / 3
+        volume = np.einsum("ti,ti->", self._area_vectors, p - centre) / 3
         front = self._area_vectors.sum(axis=0) / np.sqrt(self.area) + volume / self.area * np.array([0.3, 0.5, 0.8])
-        reach = np.abs(offset.reshape(-1, 3) @ REACHES.T).max(axis=0)
+        reach = np.abs((self._used - centre) @ REACHES.T).max(axis=0)
         return np.concatenate([centre, front, reach + spread])
 
     @cached_property
@@ -259,6 +266,10 @@ class Mesh(Shape):
 
     def problem(self):
         """What is wrong with the shape, as a sentence, or None."""
+        return self._problem
+
+    @cached_property
+    def _problem(self):
         if not np.isfinite(self.vertices[self._corner]).all():
             return "its coordinates are not finite; apply a valid transform"
         if self._given_normals is not None and not np.isfinite(self._given_normals).all():
@@ -299,6 +310,8 @@ def _corners_of(faces, count):
 def _triangles_of(vertices, start, corner):
     """(t, 3) indices into the corners, by face: fans of convex faces, ears of others."""
     sizes = np.diff(start)
+    if (sizes == 3).all():
+        return np.arange(len(corner)).reshape(-1, 3)
     parts, face = [], []
     for size in np.unique(sizes):
         faces = np.flatnonzero(sizes == size)

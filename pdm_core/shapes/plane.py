@@ -1,11 +1,12 @@
 """Parallelograms, and their halves: triangles."""
 
 from functools import cached_property
+from math import hypot, isfinite
 
 import numpy as np
 
 from ..checked import vector
-from ..closed_forms import polygon_unoccluded
+from ..closed_forms import cross, polygon_unoccluded
 from ..coincident import REACHES
 from .shape import FLATTEST, INSET, Flat, square_lattice, unit
 
@@ -46,7 +47,7 @@ class Plane(Flat):
     @cached_property
     def area(self):
         """m^2"""
-        return float(np.linalg.norm(self._across))
+        return hypot(*self._across.tolist())
 
     @property
     def is_rectangle(self):
@@ -56,7 +57,7 @@ class Plane(Flat):
     @cached_property
     def _across(self):
         """(3,) u x v"""
-        return np.cross(self.u, self.v)
+        return cross(self.u, self.v)
 
     @cached_property
     def normal(self):
@@ -140,7 +141,7 @@ class Plane(Flat):
     @cached_property
     def thickness(self):
         """m; the lesser distance of two opposite edges."""
-        return self.area / float(max(np.linalg.norm(self.u), np.linalg.norm(self.v)))
+        return self.area / max(hypot(*self.u.tolist()), hypot(*self.v.tolist()))
 
     def problem(self):
         """What is wrong with the shape, as a sentence, or None."""
@@ -148,10 +149,10 @@ class Plane(Flat):
 
     @cached_property
     def _problem(self):
-        if not all(np.isfinite(a).all() for a in (self.origin, self.u, self.v)):
+        if not all(map(isfinite, (*self.origin.tolist(), *self.u.tolist(), *self.v.tolist()))):
             return "its coordinates are not finite; apply a valid transform"
-        longest = max(np.linalg.norm(self.u), np.linalg.norm(self.v))
-        if not (longest > 0 and np.linalg.norm(np.cross(self.u / longest, self.v / longest)) > FLATTEST):
+        longest = max(hypot(*self.u.tolist()), hypot(*self.v.tolist()))
+        if not (longest > 0 and hypot(*cross(self.u / longest, self.v / longest).tolist()) > FLATTEST):
             return "it has no area; give it two edges of different directions or remove it"
         return None
 

@@ -614,3 +614,27 @@ def rendered(folder):
     value = image.pixels[4 * (4 * 2 + 2)]
     bpy.data.images.remove(image)
     return value
+
+
+@pytest.mark.parametrize("changes", range(4))
+def test_what_changes_between_slices_is_read_anew(addon, changes):
+    """Each object copied is a sign of life; what was copied before a change is copied again, at last in one go."""
+    boxes = [scenes.box(f"Box {k}", 1.0, Matrix.Translation((3 * k, 0, 0))) for k in range(8)]
+    bpy.context.view_layer.update()
+    steps, seen = addon("operators.reading.read_scene").read_steps(bpy.context), 0
+    for _ in range(changes):
+        for _ in range(4):
+            next(steps)
+        boxes[0].location.y += 3.0
+        bpy.data.objects.remove(boxes.pop())
+        bpy.context.view_layer.update()
+    while True:
+        try:
+            next(steps)
+            seen += 1
+        except StopIteration as end:
+            reading = end.value
+            break
+    assert [read.name for read in reading.objects] == [box.name for box in boxes] and not reading.refused
+    assert seen > len(boxes) and reading.objects[0].matrix[1, 3] == 3.0 * changes
+    assert (reading.objects[0].matrix == np.array(boxes[0].matrix_world)).all()

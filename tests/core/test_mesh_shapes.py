@@ -646,6 +646,41 @@ def test_pieces_of_every_kind():
     assert len(rest.triangles) == 2 * (288 + 32)
 
 
+def test_meshes_at_once_are_what_each_is_alone():
+    """Of any sizes, places and materials; those that are none say why, and change nothing of the others."""
+    rng = np.random.default_rng(4)
+    bad = grid(2, 2)
+    bad[0][0, 0] = np.inf
+    kinds = [
+        uv_sphere(8, 6), uv_sphere(8, 6), grid(2, 2), bad, torus(), (np.zeros((0, 3)), []), cylinder(32), cube(),
+        (np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), [(0, 1, 2)]), quad_sphere(), icosahedron(2),
+        joined(uv_sphere(6, 4), mapped(cube(), np.eye(3), (5, 0, 0))), joined(grid(3, 1), grid(3, 1)), cone(),
+    ]  # fmt: skip
+    meshes = [mapped(kind, 10 ** rng.uniform(-3, 3) * random_affine(rng), rng.normal(size=3)) for kind in kinds]
+    given = []
+    for vertices, polygons in meshes:
+        corners = np.concatenate([np.asarray(q, int) for q in polygons]) if polygons else np.zeros(0, int)
+        counts = np.array([len(q) for q in polygons], int)
+        materials = np.minimum(np.arange(len(counts)), len(given) % 3)
+        given.append(mesh_shapes.Given(vertices, corners, counts, materials if len(given) % 2 else None))
+    for order in (np.arange(len(given)), rng.permutation(len(given))):
+        for k, found in zip(order, mesh_shapes.find_all([given[k] for k in order]), strict=True):
+            (alone,) = mesh_shapes.find_all([given[k]])
+            if isinstance(alone, NotRecognised):
+                assert str(found) == str(alone) and k in (3, 5, 8)
+                continue
+            assert (found.label, found.warnings) == (alone.label, alone.warnings)
+            for name in ("corner_shape", "triangle_shape", "corner_back", "triangle_back", "material"):
+                np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
+            np.testing.assert_array_equal(found.bodies >= 0, alone.bodies >= 0)
+            size = np.abs(meshes[k][0]).max()
+            for shape, other in zip(found.shapes, alone.shapes, strict=True):
+                assert type(shape) is type(other)
+                for name, value in vars(other).items():
+                    for a, b in zip(*(v if isinstance(v, list) else [v] for v in (vars(shape)[name], value))):
+                        np.testing.assert_allclose(a, b, atol=1e-9 * size)
+
+
 # --- bad meshes -------------------------------------------------------------------------------------------------------
 
 
