@@ -92,7 +92,7 @@ def steps():
             say(f"{name}: longest slice {1000 * max(current.slices):.0f} ms of {len(current.slices)}")
         (script, modal), (cpu, of_modal) = map(statistics.median, (scripts, modals)), map(statistics.median, zip(*work))
         say(
-            f"{name}: script {script:.2f} s, window {modal:.2f} s, {modal / script:.2f} times, {of_modal / cpu:.2f} of CPU "
-            f"time with all that draws; longest without an answer {1000 * max(gaps):.0f} ms, median of each bake's "
+            f"{name}: script {script:.2f} s, window {modal:.2f} s, {modal / script:.2f} times, {of_modal / cpu:.2f} of "
+            f"CPU time with all that draws; longest without an answer {1000 * max(gaps):.0f} ms, median of each bake's "
             f"{1000 * statistics.median(gaps):.0f}; {settings().report()['vertices']} vertices"
         )
