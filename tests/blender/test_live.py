@@ -150,3 +150,19 @@ def test_a_change_takes_no_time(lit, watch):
     start = time.perf_counter()
     watch.follow(bpy.context)
     assert time.perf_counter() - start < 0.3 and 0 < watch.live.held.seconds < 0.3
+
+
+def test_switched_on_it_bakes_by_itself(lit, watch):
+    own = bpy.context.scene.pdm_radiosity
+    own.live, own.preset = False, "DRAFT"
+    assert watch.live.held is None
+    bpy.ops.pdm.live()
+    assert own.live and watch.live.held is not None
+    repaint()
+    follow(watch)
+    kept = watch.live.held
+    bpy.ops.pdm.live()
+    assert not own.live and watch.live.held is None
+    lit[2].location.x += 0.1
+    bpy.ops.pdm.live()
+    assert watch.live.held not in (None, kept)

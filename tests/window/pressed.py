@@ -20,10 +20,9 @@ def steps():
     yield from pick("DRAFT")
     yield from press("pdm.bake")
     yield from until(lambda: not running() and settings().last_report)
-    yield from press("pdm_radiosity.live")
-    yield from press("pdm.bake")
-    yield from until(running)
-    yield from until(lambda: not running())
+    last = settings().last_report
+    yield from press("pdm.live")
+    yield from until(lambda: not running() and settings().last_report != last)
     shot("1-room")
     yield from press("pdm.free_live", share=0.87)
     assert not settings().live
