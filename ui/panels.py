@@ -70,7 +70,8 @@ def _ready(layout, context, settings):
     operator = row.operator(PDM_OT_bake.bl_idname, icon="RENDER_STILL")
     for name in SETTING_NAMES:
         setattr(operator, name, getattr(settings, name))
-    _live(layout, context)
+    if not is_empty(settings):
+        _live(layout, context)
     if settings.last_report:
         _result(layout, context, settings.report())
     elif not context.scene.name.startswith(EXAMPLE):

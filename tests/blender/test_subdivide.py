@@ -180,6 +180,16 @@ def test_the_budget_is_kept(method):
     bake()
     bpy.ops.pdm.subdivide(method=method, budget=500)
     assert 143 < sum(len(obj.data.vertices) for obj in bpy.data.objects) <= 500
+    assert "the vertices allowed are too few" in bpy.context.scene.pdm_radiosity.report()["warnings"][-1]
+
+
+def test_it_ends_at_the_time_limit_and_says_so():
+    """Shapes that run through one another, along whose seams the light jumps."""
+    floor, ball, lamp = scenes.lit_ball()
+    ball.location.z = 0
+    bake(time_limit=1e-3)
+    bpy.ops.pdm.subdivide()
+    assert "it was ended early" in bpy.context.scene.pdm_radiosity.report()["warnings"][-1]
 
 
 def spot_on(obj):

@@ -2,7 +2,7 @@
 against time."""
 
 import bpy
-from hands import clear, key, panel, pick, press, running, settings, shot, unfold, until, xdo
+from hands import clear, key, panel, pick, press, running, scroll, settings, shot, unfold, until, xdo
 
 
 def steps():
@@ -44,6 +44,7 @@ def steps():
     shot("4-mended")
     yield from press("pdm.scan")
     assert settings().listed[[item.name for item in settings().listed].index("Text")].kind
+    yield from scroll(60)
     yield from press("pdm.convergence(")
     yield from until(running)
     yield 3.0
