@@ -239,9 +239,9 @@ def _details(layout, context):
 def _convergence(layout, context):
     last = context.scene.pdm_radiosity.convergence()
     wrapped(layout, context, say(SOLVES))
-    row = layout.row(align=True)
-    operator = row.operator(PDM_OT_convergence.bl_idname, icon="GRAPH")
-    row.operator(PDM_OT_convergence.bl_idname, text="With Cycles").cycles = True
+    column = layout.column(align=True)  # beside one another their names would be clipped
+    operator = column.operator(PDM_OT_convergence.bl_idname, icon="GRAPH")
+    column.operator(PDM_OT_convergence.bl_idname, text="With Cycles").cycles = True
     operator.cycles = False
     if last is None:
         return

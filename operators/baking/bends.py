@@ -138,10 +138,12 @@ def bend_steps(field, meshes, allowed, budget, is_over=lambda: False):
         least = min(least, error)
         if error <= allowed:
             return error, ""
-        if over or poor == POOR:
-            return error, ENDED if over else NOISE
+        if poor == POOR:
+            return error, NOISE
         if not _halve_worst(meshes, squares, allowed, budget):
             return error, FULL
+        if over:  # where the last halving leads is not known
+            return error, ENDED
     return error, NOISE
 
 
