@@ -216,7 +216,9 @@ def _report(layout, context):
         level = report["settings"]["target_error"]
         picture(layout, "last", f"{history} {level}", lambda: graph([history], level))
         wrapped(layout, context, say(CURVE))
-    told = [say("{}: about {}", percent(float(t)), duration(s)) for t, s in (report.get("foretold") or {}).items() if s]
+    foretold = {float(target): s for target, s in (report.get("foretold") or {}).items() if s}
+    tighter = {target: s for target, s in foretold.items() if target < (report["error"] or 0.0)}
+    told = [say("{}: about {}", percent(target), duration(s)) for target, s in tighter.items()]
     _list(layout, context, told, "For tighter targets", "TIME")
     if errors := report.get("heat_map"):
         top = percent(errors["top"])

@@ -10,7 +10,7 @@ import bpy
 from hands import clear, module, panel, press, running, say, settings, until, view
 from mathutils import Matrix
 
-CELLS, ROUNDS, GAP = 34, 5, 0.005
+CELLS, ROUNDS, GAP = 34, 3, 0.005
 WALLS = ((0, 0), (math.pi, 0), (math.pi / 2, 0), (-math.pi / 2, 0), (0, math.pi / 2), (0, -math.pi / 2))  # turns x, y
 
 
