@@ -8,7 +8,7 @@ from .convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from .example_room import PDM_OT_example_room
 from .export import PDM_OT_export
 from .listed import PDM_PG_listed
-from .live_watch import PDM_OT_free_live
+from .live_watch import PDM_OT_free_live, PDM_OT_live
 from .mend import PDM_OT_mend
 from .modal_steps import stop_bake
 from .preview_material import PDM_OT_preview_material
@@ -30,6 +30,7 @@ CLASSES = (
     PDM_OT_export,
     PDM_OT_convergence,
     PDM_OT_convergence_page,
+    PDM_OT_live,
     PDM_OT_free_live,
 )
 

@@ -1,5 +1,7 @@
 """Subdivide for the Bake, adaptively: solves the light again and gives meshes vertices where it bends."""
 
+import time
+
 import numpy as np
 
 from ..pdm_core import solve_steps
@@ -18,15 +20,16 @@ SPARE = 1.1  # times the error is taken for larger: few points are looked at
 
 
 def adaptive_steps(context, report, budget, among=None, copies=False, enough=lambda: False):
-    """Generator of Stages: refines the meshes that the last report calls too coarse -> (objects, vertices added,
-    whether the error is within the target then). Nothing changes before the very end.
+    """Generator of Stages: refines the meshes that the last report calls too coarse -> (objects, vertices added, why
+    the error stays above the target, or ''). Nothing changes before the very end.
 
-    among: names of the only objects to change, or None.
+    among: names of the only objects to change, or None; enough(): True ends solving, and then the halving. Each of them
+    has the time limit of the report's bake.
     """
     settings = BakeSettings(**report["settings"])
     entries = coarse_entries(context.scene, report, among)
     if not entries:
-        return 0, 0, True
+        return 0, 0, ""
     yield Stage("Reading the scene", 0.0, np.inf)
     written = set(names_written(settings.attribute))
     steps = read_steps(context, "ALL", written, settings.make_single_user, settings.apply_modifiers)
@@ -35,20 +38,20 @@ def adaptive_steps(context, report, budget, among=None, copies=False, enough=lam
     steps = solve_steps(reading.scene, settings.target_error, settings.time_limit or None, enough)
     solution = yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error))
     if not targets or not solution.norm > 0:
-        return 0, 0, True
+        return 0, 0, ""
     rest = report["between_vertices"] ** 2 - sum(entries[target.name]["between"] ** 2 for target in targets)
     wanted = (settings.target_error / SPARE) ** 2
     allowed = np.sqrt(max(wanted - max(rest, 0.0), wanted / 4)) * solution.norm
     meshes = _bent(targets)
     budget -= sum(entry["vertices"] for entry in report["objects"] if entry["baked"])
     budget += sum(mesh.parts.size for mesh in meshes)
-    steps = bend_steps(Field(solution, settings.quantity), meshes, allowed, budget)
-    _, is_reached = yield from mapped(
-        steps, lambda done: Stage("Evaluating where the light bends", done, solution.error)
-    )
+    begun, limit = time.perf_counter(), settings.time_limit or np.inf
+    is_over = lambda: time.perf_counter() - begun > limit or enough()  # noqa: E731
+    steps = bend_steps(Field(solution, settings.quantity), meshes, allowed, budget, is_over)
+    _, short = yield from mapped(steps, lambda done: Stage("Evaluating where the light bends", done, solution.error))
     chosen = {t.object: mesh for t, mesh in zip(targets, meshes, strict=True) if mesh.parts.cuts}
     added = all_or_none(chosen, lambda obj, mesh: cut(obj.data, mesh.places, mesh.parts.cuts), copies)
-    return len(chosen), added, is_reached
+    return len(chosen), added, short
 
 
 def _bent(targets):

@@ -24,7 +24,7 @@ from .reporting.convergence import ConvergenceSettings, convergence_steps
 from .reporting.convergence_page import text_rows
 from .reporting.render_image import render_image
 from .settings import SETTING_NAMES, BakeProperties
-from .subdivide import BUDGET, WAYS, subdivide_steps
+from .subdivide import BUDGET, WAYS, subdivide_steps, tell_short
 
 DONE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 PNG_END = b"IEND\xaeB`\x82"
@@ -115,12 +115,13 @@ def _bake(options):
         report = finish(bake_steps(context, settings), _Progress())
         for _ in range(SUBDIVISIONS if options.subdivide else 0):
             steps = subdivide_steps(context, options.subdivide_method, options.subdivide)
-            count, added, full = finish(steps, _Progress())
-            if not count:
-                break
-            print(f"pdm: {counted(count, 'mesh', 'meshes')} subdivided, {added:,} vertices more", file=sys.stderr)
-            report = finish(bake_steps(context, settings), _Progress())
-            if not full:
+            count, added, short = finish(steps, _Progress())
+            if count:
+                print(f"pdm: {counted(count, 'mesh', 'meshes')} subdivided, {added:,} vertices more", file=sys.stderr)
+                report = finish(bake_steps(context, settings), _Progress())
+            if short:
+                report["warnings"].append(tell_short(context.scene, short))
+            if short or not count:
                 break
     if options.image:
         with _whole(os.path.abspath(options.image)) as part:

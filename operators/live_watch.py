@@ -9,7 +9,8 @@ from bpy.types import Operator
 from ..pdm_core import SceneError
 from .baking.colour_attribute import BakeError
 from .live import UNSEEN, live, relight, shown_by
-from .modal_steps import current, redraw_sidebars
+from .modal_steps import Idle, current, redraw_sidebars
+from .settings import SETTING_NAMES
 from .words import say
 
 BEGIN = "Bake to begin"
@@ -79,6 +80,28 @@ def _tick():
             follow(bpy.context)
             redraw_sidebars(bpy.context)
     return None
+
+
+class PDM_OT_live(Idle, Operator):
+    """New colours, emission, lights and world strengths are in the colours at once, until something moves. Bakes
+    first, to find out about the geometry"""
+
+    bl_idname = "pdm.live"
+    bl_label = "Live"
+
+    def execute(self, context):
+        return self.switch(context, "EXEC_DEFAULT")
+
+    def invoke(self, context, event):
+        return self.switch(context, "INVOKE_DEFAULT")
+
+    def switch(self, context, way):
+        """On: what is not held yet is baked."""
+        settings = context.scene.pdm_radiosity
+        settings.live = not settings.live
+        if settings.live and (live.held is None or live.held.scene != context.scene.name):
+            bpy.ops.pdm.bake(way, **{name: getattr(settings, name) for name in SETTING_NAMES})
+        return {"FINISHED"}
 
 
 class PDM_OT_free_live(Operator):

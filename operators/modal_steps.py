@@ -104,12 +104,12 @@ class Steps(Idle):
     def invoke(self, context, event):
         self.in_window = True
         self.steps = self.make_steps(context)
-        self.stopped_at, self.is_drawn = time.perf_counter(), False
-        self.draw_at = self.stopped_at + DRAWN[0]
-        self.wait, self.kept = 0.0, False
+        self.stopped_at, self.wait = time.perf_counter(), 0.0
+        self.is_drawn = True  # of itself, as a button was pressed: that tells what drawing takes
         timer = context.window_manager.event_timer_add(TICK, window=context.window)
         current.begin(self.steps, timer, self.target, self.can_keep)
         context.window_manager.modal_handler_add(self)
+        context.workspace.status_text_set(status())
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
@@ -151,9 +151,7 @@ class Steps(Idle):
             current.at(next(self.steps))
             last, now = now, time.perf_counter()
         self.stopped_at = now
-        kept = current.can_be_kept()  # a new stage waits for its turn: a short bake has five
-        self.is_drawn = self.stopped_at >= self.draw_at or kept != self.kept
-        self.kept = kept
+        self.is_drawn = now >= self.draw_at  # a new stage waits too: a short bake has five
         current.slices.append(self.stopped_at - start)
         if self.is_drawn:
             redraw_sidebars(context)

@@ -144,6 +144,10 @@ WORDS = {
     "In a window: start the bake with the sidebar's settings afterwards":
         "Numa janela: começa depois o cálculo com as opções da barra lateral",
     "Free": "Libertar",
+    "New colours, emission, lights and world strengths are in the colours at once, until something moves. Bakes first, "
+    "to find out about the geometry":
+        "Cores, emissão, luzes e intensidades do mundo novas ficam logo nas cores, até que algo se mova. Calcula "
+        "primeiro, para conhecer a geometria",
     "Free the memory that Live takes. The colours stay as they are":
         "Liberta a memória usada por Ao vivo. As cores ficam como estão",
     "Solve this scene to ever tighter targets and show what each second buys. Nothing in the scene is changed":

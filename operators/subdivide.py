@@ -1,5 +1,7 @@
 """`bpy.ops.pdm.subdivide`: gives meshes the vertices that the bake's colours need, as the last report says."""
 
+import json
+
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, IntProperty
@@ -8,6 +10,7 @@ from bpy.types import Operator
 from .adaptive import adaptive_steps
 from .baking.adaptive_mesh import halve_all
 from .baking.bake import Stage
+from .baking.bends import FULL
 from .baking.colour_attribute import BakeError
 from .baking.finer_mesh import finer_size, refine
 from .baking.report import counted
@@ -79,13 +82,17 @@ def times_by_report(scene, report, budget):
 
 
 def subdivide_by_report(context, report, budget=BUDGET, among=None, copies=False):
-    """Makes faces N x N where the last report calls a mesh too coarse -> (objects, vertices added, within the budget).
+    """Makes faces N x N where the last report calls a mesh too coarse -> (objects, vertices added, FULL or '').
 
     among: names of the only objects to change, or None.
     """
     times, full = times_by_report(context.scene, report, budget)
     chosen = {name: n for name, n in times.items() if among is None or name in among}
-    return len(chosen), subdivide({context.scene.objects[name]: n for name, n in chosen.items()}, copies), full
+    return (
+        len(chosen),
+        subdivide({context.scene.objects[name]: n for name, n in chosen.items()}, copies),
+        "" if full else FULL,
+    )
 
 
 def subdivide(times, copies=False):
@@ -103,7 +110,7 @@ def _finer(mesh, times):
 
 def subdivide_steps(context, way, budget=BUDGET, among=None, copies=False, enough=lambda: False):
     """Generator of Stages: gives meshes the vertices that the last report asks for, `way` ADAPTIVE or UNIFORM ->
-    (objects, vertices added, whether that is enough).
+    (objects, vertices added, why that is not enough, or '').
 
     among: names of the only objects to change, or None.
     """
@@ -115,8 +122,12 @@ def subdivide_steps(context, way, budget=BUDGET, among=None, copies=False, enoug
     return (yield from adaptive_steps(context, report, budget, among, copies, enough))
 
 
-def why_not(budget):
-    return f"{budget:,} vertices are too few, or the light's own error is as large"
+def tell_short(scene, short):
+    """The sentence that it was not enough, which the scene's report has from now on."""
+    report, text = scene.pdm_radiosity.report(), f"The error between vertices stays above the target: {short}"
+    report["warnings"].append(text)
+    scene.pdm_radiosity.last_report = json.dumps(report)
+    return text
 
 
 class PDM_OT_subdivide(Steps, Operator):
@@ -175,15 +186,15 @@ class PDM_OT_subdivide(Steps, Operator):
         if total > self.budget:
             raise BakeError(f"That would be {total:,} vertices, and {self.budget:,} are allowed; use fewer parts")
         yield Stage("Subdividing", 0.0, np.inf)
-        return len(times), subdivide(times, self.copies), True
+        return len(times), subdivide(times, self.copies), ""
 
     def done(self, context, result):
-        count, added, is_reached = result
+        count, added, short = result
+        if short:
+            self.report({"WARNING"}, tell_short(context.scene, short))
         if not count:
-            self.report({"INFO"}, "No mesh is too coarse for the target of the last bake")
+            self.report({"INFO"}, "No mesh was subdivided" if short else "No mesh is too coarse for the last target")
             return {"CANCELLED"}
-        if not is_reached:
-            self.report({"WARNING"}, f"The error between vertices stays above the target: {why_not(self.budget)}")
         self.report({"INFO"}, f"{counted(count, 'mesh', 'meshes')} subdivided, {added:,} vertices more")
         if self.in_window and self.rebake:
             settings = context.scene.pdm_radiosity

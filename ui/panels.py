@@ -9,7 +9,7 @@ from ..operators.example_room import NAME as EXAMPLE
 from ..operators.example_room import PDM_OT_example_room
 from ..operators.export import PDM_OT_export
 from ..operators.listed import LABELS, instanced
-from ..operators.live_watch import PDM_OT_free_live, status
+from ..operators.live_watch import PDM_OT_free_live, PDM_OT_live, status
 from ..operators.look import is_dark, is_empty, panel_shown, summary
 from ..operators.mend import PDM_OT_mend
 from ..operators.modal_steps import CATEGORY, current
@@ -70,6 +70,8 @@ def _ready(layout, context, settings):
     operator = row.operator(PDM_OT_bake.bl_idname, icon="RENDER_STILL")
     for name in SETTING_NAMES:
         setattr(operator, name, getattr(settings, name))
+    if not is_empty(settings):
+        _live(layout, context)
     if settings.last_report:
         _result(layout, context, settings.report())
     elif not context.scene.name.startswith(EXAMPLE):
@@ -114,7 +116,6 @@ def _result(layout, context, report):
         operator = layout.operator(PDM_OT_subdivide.bl_idname, text="Subdivide and Bake Again", icon="MOD_SUBSURF")
         operator.times, operator.rebake = 0, True
     layout.operator(PDM_OT_show_colours.bl_idname, icon="SHADING_SOLID", depress=is_shown(context.screen))
-    _live(layout, context)
     row = layout.row(align=True)
     row.operator(PDM_OT_preview_material.bl_idname, icon="MATERIAL").remove = False
     if any_preview():
@@ -126,7 +127,7 @@ def _live(layout, context):
     """The switch of the live light, what it takes, and what is the matter with it."""
     settings = context.scene.pdm_radiosity
     row = layout.row(align=True)
-    row.prop(settings, "live", toggle=True, icon="LIGHT")
+    row.operator(PDM_OT_live.bl_idname, icon="LIGHT", depress=settings.live)
     if PDM_OT_free_live.poll(context):
         row.operator(PDM_OT_free_live.bl_idname, text="", icon="X")
     icon, text = status(settings)
@@ -215,7 +216,9 @@ def _report(layout, context):
         level = report["settings"]["target_error"]
         picture(layout, "last", f"{history} {level}", lambda: graph([history], level))
         wrapped(layout, context, say(CURVE))
-    told = [say("{}: about {}", percent(float(t)), duration(s)) for t, s in (report.get("foretold") or {}).items() if s]
+    foretold = {float(target): s for target, s in (report.get("foretold") or {}).items() if s}
+    tighter = {target: s for target, s in foretold.items() if target < (report["error"] or 0.0)}
+    told = [say("{}: about {}", percent(target), duration(s)) for target, s in tighter.items()]
     _list(layout, context, told, "For tighter targets", "TIME")
     if errors := report.get("heat_map"):
         top = percent(errors["top"])
@@ -238,9 +241,9 @@ def _details(layout, context):
 def _convergence(layout, context):
     last = context.scene.pdm_radiosity.convergence()
     wrapped(layout, context, say(SOLVES))
-    row = layout.row(align=True)
-    operator = row.operator(PDM_OT_convergence.bl_idname, icon="GRAPH")
-    row.operator(PDM_OT_convergence.bl_idname, text="With Cycles").cycles = True
+    column = layout.column(align=True)  # beside one another their names would be clipped
+    operator = column.operator(PDM_OT_convergence.bl_idname, icon="GRAPH")
+    column.operator(PDM_OT_convergence.bl_idname, text="With Cycles").cycles = True
     operator.cycles = False
     if last is None:
         return

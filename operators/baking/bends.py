@@ -15,6 +15,9 @@ MOST = 0.9  # of the square of the error: its triangles are halved in one round,
 FALL = 1 / 8  # of the square of the error, what halving three edges leaves
 POOR, LEAST_GAIN = 3, 0.05  # rounds in a row whose error falls by less: the light's own noise
 THIN = 2000  # roundings; edges not longer stay whole, flat faces could not be told to be flat
+ENDED = "it was ended early"
+NOISE = "finer faces hardly help, the light's own error is as large"
+FULL = "the vertices allowed are too few"
 BUBBLES = np.full((3, 3), 4 / 45) + np.eye(3) * 4 / 45  # inner products of 4 x y over a triangle of area 1
 
 
@@ -110,11 +113,11 @@ class Bent:
         self.places.extend(self.parts.cuts[-1].edges)
 
 
-def bend_steps(field, meshes, allowed, budget):
+def bend_steps(field, meshes, allowed, budget, is_over=lambda: False):
     """Generator of the fraction done: halves triangles of `meshes` [Bent] until the root of their errors' squares is
-    `allowed`, in radiance times metres, with at most `budget` vertices -> (error, whether that was reached).
+    `allowed`, in radiance times metres, with at most `budget` vertices -> (error, why that is above it, or '').
 
-    field: the Field that is baked.
+    field: the Field that is baked; is_over(): True ends it with what there is.
     """
     scene = field.solution.scene
     factor = scene.reflectance if field.quantity == "IRRADIANCE" else np.ones_like(scene.reflectance)
@@ -126,6 +129,7 @@ def bend_steps(field, meshes, allowed, budget):
         found = [mesh.unknown() for mesh in meshes]
         steps = field.at_places([places for places, _ in found], roughly=True)
         light = yield from mapped(steps, lambda done, turn=turn: (turn + done) / ROUNDS)
+        over = is_over()
         for (_, take), values in zip(found, light, strict=True):
             take(values)
         squares = [mesh.squares(factor) for mesh in meshes]
@@ -133,10 +137,14 @@ def bend_steps(field, meshes, allowed, budget):
         poor = poor + 1 if error > (1 - LEAST_GAIN) * least else 0
         least = min(least, error)
         if error <= allowed:
-            return error, True
-        if poor == POOR or not _halve_worst(meshes, squares, allowed, budget):
-            return error, False
-    return error, False
+            return error, ""
+        if poor == POOR:
+            return error, NOISE
+        if not _halve_worst(meshes, squares, allowed, budget):
+            return error, FULL
+        if over:  # where the last halving leads is not known
+            return error, ENDED
+    return error, NOISE
 
 
 def _halve_worst(meshes, squares, allowed, budget):

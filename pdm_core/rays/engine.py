@@ -208,10 +208,19 @@ class RayState:
 
     @property
     def idle(self):
-        """Names of what shines but comes to no place of any node: all of it is hidden, or what it lights is smaller."""
+        """Names of what shines but comes to no place of any node: all of it is hidden, or what it lights is smaller.
+        Not a side or a face of a lamp, of which others light something."""
         seen = (self.factor > 0).any(axis=(0, 2)) | self.beamed
-        lamps = zip(self.sources[: len(seen) - len(self.spots)], seen)
-        return [s.name for s, some in lamps if not some and s.colour.any() and len(self.factor)]
+        lamps = list(zip(self.sources[: len(seen) - len(self.spots)], seen)) if len(self.factor) else []
+        useful = [s.shape.bounds for s, some in lamps if s.is_surface and some]
+        centre, radius = np.array([c for c, _ in useful]).reshape(-1, 3), np.array([r for _, r in useful])
+
+        def has_others(source):
+            own, reach = source.shape.bounds
+            return bool((np.linalg.norm(centre - own, axis=1) <= radius + reach).any())
+
+        idle = [s for s, some in lamps if not some and s.colour.any()]
+        return [s.name for s in idle if not (s.is_surface and has_others(s))]
 
     def take_light(self, scene):
         """The same shapes under the light of another scene."""

@@ -138,9 +138,10 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
     solution.seconds, solution.history = state.elapsed(), list(approach.history)
     if idle := solution._state.idle:  # not of nodes that are being added
         named = ", ".join(map(repr, idle[:NAMED])) + (f" and {len(idle) - NAMED} more" if len(idle) > NAMED else "")
+        one, many = ("lights", "it looks and what hides it"), ("light", "they look and what hides them")
+        verb, looked = one if len(idle) == 1 else many
         solution.warnings.append(
-            f"{named} light no surface that reflects, or only places smaller than its cells, which are not sent on; "
-            "check where they look and what hides them"
+            f"{named} {verb} no surface that reflects, or only places too small to be sent on; check where {looked}"
         )
     if solution.error > target_error:
         advice = "raise the time limit or the" if stopped else "finer rays hardly help; raise the"

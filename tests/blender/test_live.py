@@ -161,3 +161,19 @@ def test_a_change_reads_one_material_and_solves_nothing(lit, watch):
     assert set(of_bake) >= HEAVY and HEAVY.isdisjoint(of_change), sorted(of_bake)
     assert of_change["operators.reading.materials.read_material"] == 1
     assert of_change["operators.live._write"] == 1 and of_change.total() < of_bake.total() / 20
+
+
+def test_switched_on_it_bakes_by_itself(lit, watch):
+    own = bpy.context.scene.pdm_radiosity
+    own.live, own.preset = False, "DRAFT"
+    assert watch.live.held is None
+    bpy.ops.pdm.live()
+    assert own.live and watch.live.held is not None
+    repaint()
+    follow(watch)
+    kept = watch.live.held
+    bpy.ops.pdm.live()
+    assert not own.live and watch.live.held is None
+    lit[2].location.x += 0.1
+    bpy.ops.pdm.live()
+    assert watch.live.held not in (None, kept)

@@ -180,6 +180,24 @@ def test_the_budget_is_kept(method):
     bake()
     bpy.ops.pdm.subdivide(method=method, budget=500)
     assert 143 < sum(len(obj.data.vertices) for obj in bpy.data.objects) <= 500
+    assert "the vertices allowed are too few" in bpy.context.scene.pdm_radiosity.report()["warnings"][-1]
+
+
+@pytest.mark.parametrize("by", ["limit", "wish"])
+def test_it_ends_at_the_time_limit_or_by_a_wish(addon, monkeypatch, by):
+    """Shapes that run through one another, along whose seams the light jumps."""
+    floor, ball, lamp = scenes.lit_ball()
+    ball.location.z = 0
+    report, adaptive = bake(), addon("operators.adaptive")
+    before = len(floor.data.vertices) + len(ball.data.vertices)
+    if by == "limit":
+        solve = adaptive.solve_steps
+        monkeypatch.setattr(adaptive, "solve_steps", lambda scene, target, limit, enough: solve(scene, target))
+        report["settings"]["time_limit"] = 1e-9
+    steps = adaptive.adaptive_steps(bpy.context, report, 10_000, enough=lambda: by == "wish")
+    _, added, short = addon("pdm_core.signs_of_life").finish(steps)
+    assert short == "it was ended early"
+    assert 0 < added == len(floor.data.vertices) + len(ball.data.vertices) - before < 1000  # one round's
 
 
 def spot_on(obj):

@@ -99,7 +99,23 @@ def test_what_stops_between_nodes_has_lamps_that_light_something():
     room = [Surface(s, 0.5, side="back") for s in UPRIGHT.box((0, 0, 0), (3, 4, 2.5))]
     steps = ray_steps(Scene([*room, Surface(Sphere.at((1.5, 2, 2), 0.2), 0.0, 5.0)]), 0.001, None, "", enough)
     enough.steps = 0
-    assert not any("light no surface" in w for w in finish(steps).warnings)
+    assert not any("no surface" in w for w in finish(steps).warnings)
+
+
+@pytest.mark.parametrize("lit", [True, False], ids=["at work", "hidden"])
+@pytest.mark.parametrize("kind", ["panel", "box"])
+def test_a_lamp_of_which_a_side_lights_something_is_at_work(kind, lit):
+    """A panel's back towards a ceiling, and the lid of a box, were told of."""
+    room = [Surface(s, 0.5, side="back") for s in UPRIGHT.box((0, 0, 0), (3, 4, 2.5))]
+    lamp = (
+        UPRIGHT.box((1, 1, 2.2), (2, 2, 2.4)) if kind == "box" else [UPRIGHT.plane((1, 1, 2.4), [0, 1, 0], [1, 0, 0])]
+    )
+    sides = ("front",) if kind == "box" else ("front", "back")
+    shining = [Surface(s, 0.0, 5.0, side, f"Lamp {k} {side}") for k, s in enumerate(lamp) for side in sides]
+    cover = UPRIGHT.box((0.9, 0.9, 2.1 if not lit else 2.402), (2.1, 2.1, 2.45))  # black, over it or all about it
+    shade = [Surface(s, 0.0, side=side) for s in cover for side in ("front", "back")]
+    told = [w for w in by_rays(Scene([*room, *shining, *shade]), 0.3).warnings if "no surface" in w]
+    assert bool(told) == (not lit)
 
 
 def enough():

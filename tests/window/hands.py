@@ -104,6 +104,15 @@ def buttons(top=0.0, share=0.5):
     return found
 
 
+def scroll(notches):
+    """Turns the wheel over the sidebar, down where positive."""
+    own = region()
+    move(own.x + own.width // 2, window().height - own.y - own.height // 2)
+    yield 0.3
+    xdo("click", "--repeat", abs(notches), "--delay", 30, 5 if notches > 0 else 4)
+    yield 0.7
+
+
 def press(words, share=0.5):
     """Clicks the first button of the sidebar whose Python has these words."""
     for python, x, y in (yield from buttons(share=share)):

@@ -26,12 +26,10 @@ def steps():
     shot("15-kept")
 
     yield from pick("DRAFT")
-    yield from press("pdm_radiosity.live")
-    yield 0.3
+    yield from press("pdm.live")
     assert settings().live
-    shot("16-live-on")
-    yield from press("pdm.bake")
     yield from until(lambda: not running())
+    shot("16-live-on")
     bpy.data.objects["Area"].data.color = 1, 0.3, 0.2
     yield 4.0
     shot("17-live")
