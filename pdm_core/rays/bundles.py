@@ -16,7 +16,6 @@ CELLS = 250  # along each axis at most: their product fits the sixteen bits that
 TABLE = 64, 16, 4096  # entries of the table that finds shapes' cells: at least, for each line, at most
 SAMPLED = 4096  # receivers whose places tell the quantiles
 CANDIDATES = 1 << 15  # pairs tested at once
-EDGE = 1e-9  # of a facet: how far beside it a ray still meets it, lest one slip between two
 FAR = 1e-9  # part of its distance that a lamp's point is nearer than
 OUTSIDE = 1e-9  # of a ball: what is further out than this is not within it
 TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
@@ -181,8 +180,7 @@ def _seen_through(facets, centre, plane, receivers, skip):
         keep = np.flatnonzero((w > limit.take(r)) & (receivers.own.take(r) != shape.take(of.take(k))))
         r, k, xr, yr, w = r[keep], k[keep], xr[keep], yr[keep], w[keep]
         s, t = (_at(row, k, xr, yr) for row in inverse[:2])
-        slack = EDGE * w
-        met = (s >= -slack) & (t >= -slack) & (np.where(triangle.take(k), s + t, np.maximum(s, t)) <= w + slack)
+        met = (s >= 0) & (t >= 0) & (np.where(triangle.take(k), s + t, np.maximum(s, t)) <= w)
         out[r[met]] = False
         round_ = np.flatnonzero(which >= count)
         if len(round_):
@@ -224,11 +222,11 @@ def _affine(facets, plane):
 def _within(affine, k, x, y, triangle):
     """(p,) indices of those of facets k (p,) that rays at x, y (p,) meet."""
     s = _at(affine[0], k, x, y)
-    keep = np.flatnonzero((s >= -EDGE) & (s <= 1 + EDGE))
+    keep = np.flatnonzero((s >= 0) & (s <= 1))
     k, s = k.take(keep), s.take(keep)
     t = _at(affine[1], k, x.take(keep), y.take(keep))
     most = np.where(triangle.take(k), 1 - s, 1.0)
-    return keep[(t >= -EDGE) & (t <= most + EDGE)]
+    return keep[(t >= 0) & (t <= most)]
 
 
 def _at(row, k, x, y):
