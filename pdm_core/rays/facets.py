@@ -25,11 +25,12 @@ TILTED = 1e-4  # sine up to which planes of layers may differ
 class Facets:
     """Of a scene: m facets and b balls.
 
-    origin, u, v (m, 3) m about `centre` (3,), a little wider than the shapes are, see WIDER; triangle (m,) bool; chart (m, 2, 3): chart position = chart @ (1, s, t);
-    of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2): that of the front and of the back, or -1;
-    planes, plane_of (n shapes,): the rectangles among them, and which of those each is, or -1; own, flat: see there;
-    ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n shapes,): each shape's first facet; moved (n
-    shapes,) m: how far along its normal each is, that layers in one plane be parted.
+    origin, u, v (m, 3) m about `centre` (3,), a little wider than the shapes are, see WIDER; triangle (m,) bool; chart
+    (m, 2, 3): chart position = chart @ (1, s, t); of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2):
+    that of the front and of the back, or -1; planes, plane_of (n shapes,): the rectangles among them, and which of
+    those each is, or -1; own, flat: see there; ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n
+    shapes,): each shape's first facet; moved (n shapes,) m: how far along its normal each is, that layers in one plane
+    be parted.
     """
 
     def __init__(self, scene):
