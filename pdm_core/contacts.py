@@ -203,7 +203,7 @@ def _touching(scene):
     i, j = np.where(rank[i] < rank[j], i, j), np.where(rank[i] < rank[j], j, i)
     height = np.einsum("kci,ki->kc", planes.corners[j] - planes.corners[i, :1], planes.normal[i])
     flush = np.abs(height).max(axis=1, initial=0) <= scene.tolerance
-    over = flush & _overlap(planes, i, j, scene.tolerance)
+    over = flush & overlap(planes.corners, planes.normal, i, j, scene.tolerance)
     inward, loose = _bodies(planes, i, j, scene.tolerance)
     same, side = _side(planes, i[over], j[over], inward)
     # of bodies in contact all but the edges is hidden: they keep theirs, unless one looks into them
@@ -296,14 +296,15 @@ def near(low, high, tolerance):
     return np.minimum(i, j), np.maximum(i, j)
 
 
-def _overlap(planes, i, j, tolerance):
-    """(k,) Whether planes i, j (k,), in one plane each pair, overlap by more than the tolerance: no edge parts them."""
+def overlap(corners, normal, i, j, tolerance):
+    """(k,) Whether planes i, j (k,), in one plane each pair, overlap by more than the tolerance, corners (n, 4, 3) m,
+    normal (n, 3): no edge parts them."""
     deep = np.ones(len(i), bool)
     for of in (i, j):
         for start, end in ((0, 1), (0, 3), (1, 2)):  # the last one matters for triangles
-            axis = np.cross(planes.corners[of, end] - planes.corners[of, start], planes.normal[of])
+            axis = np.cross(corners[of, end] - corners[of, start], normal[of])
             axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-            a, b = (np.einsum("kci,ki->kc", planes.corners[k], axis) for k in (i, j))
+            a, b = (np.einsum("kci,ki->kc", corners[k], axis) for k in (i, j))
             depth = np.minimum(a.max(axis=1) - b.min(axis=1), b.max(axis=1) - a.min(axis=1))
             deep &= depth > 2 * tolerance
     return deep

@@ -12,7 +12,6 @@ from ..shapes.shape import PARALLEL
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
 
-EDGE = 1e-9  # of a facet: how far beside it a ray still meets it, lest one slip between two
 TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
 NOTHING, CONTACT = -1, -2  # instead of a facet
 
@@ -174,11 +173,11 @@ def _affine(facets, planes):
 def _within(affine, k, x, y, triangle):
     """(p,) indices of those of facets k (p,) that rays at x, y (p,) meet."""
     s = linear(affine[0], k, x, y)
-    keep = np.flatnonzero((s >= -EDGE) & (s <= 1 + EDGE))
+    keep = np.flatnonzero((s >= 0) & (s <= 1))
     k, s = k.take(keep), s.take(keep)
     t = linear(affine[1], k, x.take(keep), y.take(keep))
     most = np.where(triangle.take(k), 1 - s, 1.0)
-    return keep[(t >= -EDGE) & (t <= most + EDGE)]
+    return keep[(t >= 0) & (t <= most)]
 
 
 def linear(row, k, x, y):

@@ -8,12 +8,16 @@ from functools import cached_property
 
 import numpy as np
 
-from ..contacts import near
+from ..contacts import near, overlap
 from ..shapes.plane import Planes
 from ..shapes.shape import unit
 
 KEPT = 16.0  # tolerances that points keep from the borders of their shapes
 PARTED = 24.0  # tolerances between layers of shapes in one plane: more than MET, and what their own rounding takes
+WIDER = 2.0, 1e-2  # tolerances that facets reach beyond their borders, lest rays slip between those that touch; of each
+# one's height at most
+FINEST = 1e-10  # of the scene's size: the least tolerance, at which what our sums lose at a slant is within WIDER
+AROUND = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])  # in its chart, of what is around a flat shape
 FEW = 8  # corners of shapes that may be a room's walls
 TILTED = 1e-4  # sine up to which planes of layers may differ
 
@@ -21,17 +25,18 @@ TILTED = 1e-4  # sine up to which planes of layers may differ
 class Facets:
     """Of a scene: m facets and b balls.
 
-    origin, u, v (m, 3) m about `centre` (3,); triangle (m,) bool; chart (m, 2, 3): chart position = chart @ (1, s, t);
-    of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2): that of the front and of the back, or -1;
-    planes, plane_of (n shapes,): the rectangles among them, and which of those each is, or -1; own, flat: see there;
-    ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n shapes,): each shape's first facet; moved (n
-    shapes,) m: how far along its normal each is, that layers in one plane be parted.
+    origin, u, v (m, 3) m about `centre` (3,), a little wider than the shapes are, see WIDER; triangle (m,) bool; chart
+    (m, 2, 3): chart position = chart @ (1, s, t); of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2):
+    that of the front and of the back, or -1; planes, plane_of (n shapes,): the rectangles among them, and which of
+    those each is, or -1; own, flat: see there; ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n
+    shapes,): each shape's first facet; moved (n shapes,) m: how far along its normal each is, that layers in one plane
+    be parted.
     """
 
     def __init__(self, scene):
         self.scene, shapes = scene, scene.shapes
         self.centre = _middle(shapes)
-        self.tolerance = max(scene.tolerance, 1e-13 * scene.size)
+        self.tolerance = max(scene.tolerance, FINEST * scene.size)
         sides = np.full((len(shapes), 2), -1)
         back = np.array([s.side == "back" for s in scene.surfaces], int)
         sides[scene.shape_of, back] = np.arange(len(scene))
@@ -53,9 +58,19 @@ class Facets:
         self.normal = unit(np.cross(u, v))
         self.moved = _layers(self, sides)
         self.origin += self.moved[self.shape[: self.count], None] * self.normal
+        self._widen()
         self.ball_centre = np.array([shapes[k].origin - self.centre for k in balls]).reshape(-1, 3)
         self.ball_linear = np.array([shapes[k].linear for k in balls]).reshape(-1, 3, 3)
         self.ball_inverse = np.array([shapes[k].inverse for k in balls]).reshape(-1, 3, 3)
+
+    def _widen(self):
+        """Moves the borders of all facets outwards by WIDER: walls whose coordinates were rounded apart are closed."""
+        edges = np.linalg.norm(np.stack([self.v, self.u, self.u - self.v]), axis=2)
+        area = np.maximum(np.linalg.norm(np.cross(self.u, self.v), axis=1), 1e-300)
+        s, t, beyond = np.minimum(WIDER[0] * self.tolerance * edges / area, WIDER[1])
+        self.origin -= s[:, None] * self.u + t[:, None] * self.v
+        self.u = self.u * (1 + np.where(self.triangle, s + t + beyond, 2 * s))[:, None]
+        self.v = self.v * (1 + np.where(self.triangle, s + t + beyond, 2 * t))[:, None]
 
     @cached_property
     def boxes(self):
@@ -101,8 +116,8 @@ def _layers(facets, sides):
     middle = (low + high) / 2
     half = (np.abs(normal[i]) * (high - low)[j]).sum(axis=1) / 2 * TILTED + facets.tolerance
     flush = np.abs(np.einsum("ni,ni->n", middle[j] - middle[i], normal[i])) <= 2 * half
-    overlap = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
-    flush &= (overlap > 4 * facets.tolerance).sum(axis=1) >= 2
+    corners = np.array([shapes[k].world(AROUND) for k in flat])
+    flush &= overlap(corners, normal, i, j, 2 * facets.tolerance)
     i, j = i[flush], j[flush]
     same = np.einsum("ni,ni->n", lit[i], lit[j]) > 0
     equal = np.abs(area[i] - area[j]) <= 1e-6 * area[i]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..closed_forms import cross
-from .bundles import EDGE, linear
+from .bundles import linear
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
 
@@ -76,9 +76,8 @@ class _Seen:
         keep = np.flatnonzero((w > self.limit.take(r)) & (self.receivers.own.take(r) != self.shape.take(k)))
         r, k, xr, yr, w = r[keep], k[keep], xr[keep], yr[keep], w[keep]
         s, t = (linear(row, k, xr, yr) for row in self.inverse[:2])
-        slack = EDGE * w
         most = np.where(self.triangle.take(k), s + t, np.maximum(s, t))
-        return r[(s >= -slack) & (t >= -slack) & (most <= w + slack)]
+        return r[(s >= 0) & (t >= 0) & (most <= w)]
 
     def _behind_balls(self, r, k):
         """(h,) Those of receivers r (p,) that balls k (p,) hide."""

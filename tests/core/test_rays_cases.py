@@ -1,0 +1,162 @@
+"""Everyday scenes by rays that came out wrong once, with closed forms, energy or symmetry for the right values."""
+
+import numpy as np
+import pytest
+from test_contacts import PLACES, Place
+
+from pdm_core import Plane, Polygon, Scene, Sphere, Surface
+from pdm_core.rays.solution import ray_steps
+from pdm_core.signs_of_life import finish
+
+SINGLE, DOUBLE = 2.0**-24, 2.0**-53
+
+
+def by_rays(scene, target=0.02):
+    return finish(ray_steps(scene, target, None, ""))
+
+
+@pytest.fixture(params=PLACES, ids=list(PLACES))
+def place(request):
+    return Place(*PLACES[request.param])
+
+
+def mean(solution, index, count=400):
+    return solution.radiance(index, solution.scene.surfaces[index].shape.spread(count)).mean()
+
+
+def rounded(surfaces):
+    """Each wall as single precision holds its corners, on its own."""
+    corners = [s.shape.corners.astype(np.float32).astype(float) for s in surfaces]
+    shapes = [Plane(c[0], c[1] - c[0], c[3] - c[0]) for c in corners]
+    return [Surface(shape, s.reflectance, s.emission, s.side) for shape, s in zip(shapes, surfaces)]
+
+
+@pytest.mark.parametrize("polygons", [False, True])
+@pytest.mark.parametrize("offset", [(0, 0, 0), (100, 200, 3), (1000, 2000, 3), (10_000, -20_000, 3)])
+def test_walls_that_rounding_parted_keep_the_sky_out(offset, polygons):
+    place = Place(0.7, offset)
+    walls = rounded(place.box((-1, -1, -1), (1, 1, 1), inward=True, reflectance=0.7))
+    if polygons:
+        walls = [Surface(Polygon(w.shape.corners), w.reflectance) for w in walls]
+    solution = by_rays(Scene(walls, 1.0, rounding=SINGLE))
+    points = place(np.random.default_rng(1).uniform(-1, 1, (2000, 3)))
+    assert max(solution.radiance(k, points).max() for k in range(6)) == 0
+
+
+@pytest.mark.parametrize("rounding", [DOUBLE, SINGLE])
+def test_crates_side_by_side_stay_in_line(place, rounding):
+    """Their sides, which share an edge each, were taken to overlap where turned: a gap for the light beside them."""
+    surfaces = [s for x in range(3) for s in place.box((x, 0, 0), (x + 1, 1, 1), reflectance=0.5)]
+    solution = by_rays(Scene(surfaces, 1.0, rounding=rounding))
+    touching = {1, 6, 7, 12}
+    for k in range(18):
+        assert mean(solution, k) == pytest.approx(0 if k in touching else 0.5, abs=2e-3)
+        assert k not in touching or mean(solution, k) == 0
+
+
+@pytest.mark.parametrize("rounding", [DOUBLE, SINGLE])
+def test_a_floor_beside_a_cube_sees_past_it(place, rounding):
+    """1/3 where two planes of .5 meet at a right angle; in double precision points lay under the cube's border."""
+    surfaces = place.sheet((-3, -3, 0), (6, 0, 0), (0, 6, 0), reflectance=0.5)
+    surfaces += place.box((-0.5, -0.5, 0), (0.5, 0.5, 1), reflectance=0.5)
+    solution = by_rays(Scene(surfaces, 1.0, rounding=rounding), 0.01)
+    contact = solution.radiance(0, place([(0.5, 0, 0), (-0.5, 0, 0), (0, 0.5, 0), (0, -0.5, 0)]))[:, 0]
+    assert contact == pytest.approx(1 / 3, rel=0.06) and np.ptp(contact) < 0.025
+    corners = solution.radiance(0, place([(x, y, 0) for x in (-0.5, 0.5) for y in (-0.5, 0.5)]))[:, 0]
+    assert np.ptp(corners) < 0.025
+    assert solution.radiance(0, place([(0, 0, 0), (0.3, -0.2, 0)])).max() == 0
+    assert mean(solution, 6) == 0
+
+
+@pytest.mark.parametrize("rounding", [DOUBLE, SINGLE])
+def test_a_room_of_touching_slabs_is_dark_inside(place, rounding):
+    slabs = [((-2, -2, -0.1), (2, 2, 0)), ((-2, -2, 3), (2, 2, 3.1)), ((-2.1, -2, 0), (-2, 2, 3))]
+    slabs += [((2, -2, 0), (2.1, 2, 3)), ((-2, -2.1, 0), (2, -2, 3)), ((-2, 2, 0), (2, 2.1, 3))]
+    surfaces = [s for slab in slabs for s in place.box(*slab, reflectance=0.7)]
+    solution = by_rays(Scene(surfaces, 1.0, rounding=rounding), 0.05)
+    rng = np.random.default_rng(0)
+    points, normals = place(rng.uniform((-2, -2, 0), (2, 2, 3), (50, 3))), rng.normal(size=(50, 3))
+    assert solution.irradiance(points, normals).max() == 0
+    assert max(solution.radiance(k, surfaces[k].shape.spread(200)).max() for k in (5, 10, 13, 18, 27, 32)) == 0
+
+
+@pytest.mark.parametrize(("gap", "rounding"), [(0, DOUBLE), (2.4e-7, SINGLE), (1e-5, DOUBLE), (1e-5, SINGLE)])
+def test_a_lamp_under_a_ceiling(place, gap, rounding):
+    """.4253: what a tracer and the other engine tell."""
+    surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.7)
+    surfaces += place.sheet((1.5, 1.5, 3 - gap), (0, 1, 0), (1, 0, 0), emission=10)
+    solution = by_rays(Scene(surfaces, rounding=rounding))
+    assert solution.radiance(4, place([(2, 2, 0)])) == pytest.approx(0.4253, rel=0.02)
+
+
+@pytest.mark.parametrize("deep", [1e-4, 0.1])
+@pytest.mark.parametrize("sides", [("front",), ("front", "back")])
+def test_a_ball_sunk_in_a_floor_sees_half_of_the_sky_from_its_top(place, deep, sides):
+    ball = Sphere.at(place([(0, 0, 0.5 - deep)])[0], 0.5)
+    surfaces = [Surface(ball, 0.5, side=side) for side in sides]
+    surfaces += place.sheet((-3, -3, 0), (6, 0, 0), (0, 6, 0), reflectance=0.5)
+    solution = by_rays(Scene(surfaces, 1.0))
+    assert solution.radiance(0, place([(0, 0, 1 - deep)])) == pytest.approx(0.5, rel=1e-3)
+
+
+@pytest.mark.parametrize("height", [0, 1e-9, 1e-6])
+def test_a_ball_on_a_floor_is_dark_where_they_meet(place, height):
+    surfaces = place.sheet((-3, -3, 0), (6, 0, 0), (0, 6, 0), reflectance=0.5)
+    ball = Surface(Sphere.at(place([(0, 0, 0.5 + height)])[0], 0.5), 0.5)
+    solution = by_rays(Scene([*surfaces, ball], 1.0))
+    assert solution.radiance(2, place([(0, 0, height)])).max() < 0.1
+    assert solution.radiance(0, place([(0, 0, 0)])).max() < 0.1
+
+
+def test_a_black_dome_takes_nothing_away(place):
+    planes = [place.plane((0, 0, 0), (1, 0, 0), (0, 1, 0)), place.plane((0, 0, 0.5), (0, 1, 0), (1, 0, 0))]
+    surfaces = [Surface(planes[0], 0.8, 1), Surface(planes[1], 0.8)]
+    dome = Surface(Sphere.at(place([(0, 0, 0)])[0], 2), side="back")
+    points = planes[0].spread(50)
+    open_, closed = (by_rays(Scene(s)).radiance(0, points) for s in (surfaces, [*surfaces, dome]))
+    assert closed == pytest.approx(open_, rel=1e-3)
+
+
+def test_a_ball_that_shines_inwards(place):
+    ball = Sphere.at(place([(0, 0, 0)])[0], 1)
+    solution = by_rays(Scene([Surface(ball, 0.5), Surface(ball, 0.5, 0.5, side="back")]))
+    assert mean(solution, 0) == 0 and mean(solution, 1) == pytest.approx(1, abs=1e-5)
+
+
+def test_a_lamp_of_a_centimetre_over_a_floor(place):
+    """E r^2 h / d^3 for a small ball."""
+    floor, centre, radius = place.plane((0, 0, 0), (10, 0, 0), (0, 10, 0)), np.array([0.3, 0.2, 0.02]), 0.01
+    solution = by_rays(Scene([Surface(floor, 0.5), Surface(Sphere.at(place(centre[None])[0], radius), 0, 10)]))
+    points = np.array([(0.3, 0.2, 0), (0.31, 0.2, 0), (0.4, 0.2, 0), (1, 1, 0), (5, 5, 0)])
+    right = 0.5 * 10 * radius**2 * centre[2] / np.linalg.norm(points - centre, axis=1) ** 3
+    assert solution.radiance(0, place(points))[:, 0] == pytest.approx(right, rel=1e-3)
+
+
+def test_a_lamp_alone_has_no_error():
+    solution = by_rays(Scene(Place().sheet((0, 0, 0), (1, 0, 0), (0, 1, 0), emission=10)))
+    assert solution.error == 0 and solution.warnings == []
+    assert (solution.radiance(0, [(0.5, 0.5, 0)]) == 10).all()
+
+
+@pytest.mark.parametrize("size", [(1e6, 1e6, 1), (1, 1, 1e3), (1e3, 1, 1e-3), (1e-6, 1e-6, 1e-6)])
+def test_flat_and_long_rooms_are_furnaces(place, size):
+    place.offset = place.offset * min(size)
+    surfaces = place.box((0, 0, 0), size, inward=True, reflectance=0.7, emission=0.3)
+    solution = by_rays(Scene(surfaces))
+    points = place(np.random.default_rng(0).random((50, 3)) * size)
+    assert max(np.abs(solution.radiance(k, points) - 1).max() for k in range(6)) < 1e-5
+
+
+@pytest.mark.parametrize("axes", [(1, 1, 1), (1, 0.7, 0.5)])
+def test_a_ball_whose_middle_lies_in_a_plane(place, axes):
+    """Blender's own defaults. The hidden half is dark, the top sees half of the sky; both are finite everywhere."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = place.turn @ np.diag(axes), place(np.zeros((1, 3)))[0]
+    ball = Sphere(matrix)
+    floor = place.sheet((-2, -2, 0), (4, 0, 0), (0, 4, 0), reflectance=0.5)
+    solution = by_rays(Scene([Surface(ball, 0.5), *floor], 1.0))
+    assert all(np.isfinite(solution.radiance(k, solution.scene.surfaces[k].shape.spread(500))).all() for k in range(3))
+    top, bottom = (solution.radiance(0, place([(0, 0, z)])) for z in (axes[2], -axes[2]))
+    assert top == pytest.approx(0.5, rel=1e-3) and bottom == pytest.approx(top, rel=1e-3)  # the sky is all around
+    under = np.array([(0.2, 0.1, 0), (-0.3, 0.2, 0)])
+    assert solution.radiance(1, place(under)).max() == 0
