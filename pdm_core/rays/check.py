@@ -18,13 +18,14 @@ SOURCE = 0.33  # of the error of what cells send: what reaches others, most of i
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
+SIGNS = 4  # random ones of each node, that tell what others see of it
 USUAL = 4.0  # nodes whose weight the usual error of a surface has beside its own
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
 
 class Check:
     """Of a RayState: error, stated; parts {name: of the light}; surface_errors (n surfaces,), each one's of its own
-    light; node_error (n,): of what each node reflects; surplus: see Nodes.surplus, as squares of each surface's own."""
+    light; node_error (n,): of what each node reflects; surplus: see Nodes.surplus, as squares over their m^2."""
 
     def __init__(self, state):
         self.state, self.error, self.parts = state, float("inf"), {}
@@ -103,10 +104,19 @@ class Check:
         own = nodes.surface[: len(cells)]
         cells = nodes.weight[: len(cells), None] * cells**2
         square = np.bincount(own, cells.sum(axis=1), len(scene)) + meshes**2
-        some, scale = np.flatnonzero(state.reflects), np.sqrt(np.maximum(state.own_square(DIM), 1e-300))
-        self.surplus = cells / scale[own, None], meshes**2 / scale
+        some = np.flatnonzero(state.reflects)
+        self.surplus = cells, meshes**2
         whole = self._relative(some, scene.areas[some], square[some] / scene.areas[some])
         return SOURCE * max(1.0, CANCEL * state.gain) * whole
+
+    def seen(self):
+        """(n,) What an error of each node, of an m^2, comes to at all others, in squares of their own light: those near
+        by see it in full, those far off as one of many. A few random signs tell sums of squares."""
+        state, nodes = self.state, self.state.nodes
+        scale = np.maximum(state.own_square(DIM), 1e-300)[nodes.surface]
+        counts = nodes.reflectance.mean(axis=1) * np.sqrt(nodes.weight / scale)
+        signs = np.random.default_rng(1).choice([-1.0, 1.0], (len(nodes), SIGNS))
+        return (state.rows.back(counts[:, None] * signs) ** 2).mean(axis=1) / np.maximum(nodes.weight, 1e-300)
 
     def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,

@@ -61,7 +61,7 @@ def trace_finer(state, excess):
 def refine(check, excess):
     """Halve the cells that hold most of the error of what is sent, which is so many times too large; yields."""
     state, nodes = check.state, check.state.nodes
-    cells, meshes = _worst(check, excess)
+    cells, meshes = yield from in_thread(_worst, check, excess)
     if not cells.any() and not meshes.any():
         return False
     finer = yield from in_thread(nodes.refined, cells, meshes)
@@ -74,8 +74,10 @@ def refine(check, excess):
 def _worst(check, excess):
     """Which cells (k, 2) to halve along which axis, and which meshes (n surfaces,) to merge less."""
     state, nodes = check.state, check.state.nodes
-    cells, meshes = check.surplus
-    square = np.concatenate([cells.ravel(), meshes])
+    seen, (cells, meshes) = check.seen(), check.surplus
+    area, together = (np.bincount(nodes.surface, a, len(meshes)) for a in (nodes.weight, nodes.weight * seen))
+    meshes = meshes * together / np.maximum(area, 1e-300)
+    square = np.concatenate([(cells * seen[: len(cells), None]).ravel(), meshes])
     # a cell becomes two, each part of a mesh four
     new = np.concatenate([np.ones(cells.size), np.maximum(3 * nodes.number, 1)])
     order = np.argsort(square / new)

@@ -122,6 +122,10 @@ class Gathered:
         a, b = (half.times(value) for half in self.halves)
         return self.share[:, :1] * a + self.share[:, 1:] * b
 
+    def back(self, value):
+        """The transpose of times: value (n, c) -> (n nodes, c)"""
+        return sum(half.back(share[:, None] * value, len(value)) for half, share in zip(self.halves, self.share.T))
+
     def unsure(self, value):
         """(n, c) What half the rays tell less what all do, the sky's light included, value (n nodes, c)."""
         a, b = (sky + half.times(value) for sky, half in zip(self.skies, self.halves))
@@ -171,3 +175,10 @@ class _Sparse:
                 each = np.ascontiguousarray(value[:, c]).take(self.column)
                 out[self.rows, c] = np.add.reduceat(each * self.weight, self.start)
         return out * self.scale
+
+    def back(self, value, count):
+        """The transpose of times: value (n rows, c) -> (count, c)"""
+        out, each = np.zeros((count, value.shape[1])), np.diff(self.start, append=len(self.column))
+        for c, of_row in enumerate((value * self.scale)[self.rows].astype(np.float32).T):
+            out[:, c] = np.bincount(self.column, np.repeat(of_row, each) * self.weight, count)
+        return out
