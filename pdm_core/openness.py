@@ -5,10 +5,10 @@ By rays along fixed directions, the same for all points: free of noise to the ey
 
 import numpy as np
 
-from .rays.bundles import ball_place
 from .rays.facets import Facets
 from .rays.placed import Placed
 from .rays.rows import MISS, Traced, directions
+from .shapes.sphere import Sphere
 
 DIRECTIONS = 256  # of the half sphere, each with its opposite: shares are off by about .01
 
@@ -45,5 +45,5 @@ def _depth(facets, traced, receivers):
     f, r = k[flat], hit[flat]
     place[r] = facets.origin[f] + at[r, :1] * facets.u[f] + at[r, 1:] * facets.v[f]
     b, r = k[~flat] - facets.count, hit[~flat]
-    place[r] = facets.ball_centre[b] + np.einsum("nij,nj->ni", facets.ball_linear[b], ball_place(at[r]))
+    place[r] = facets.ball_centre[b] + np.einsum("nij,nj->ni", facets.ball_linear[b], Sphere.from_chart(at[r]))
     return np.linalg.norm(place - receivers.points, axis=1)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..shapes.shape import PARALLEL
+from ..shapes.sphere import Sphere
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
 
@@ -111,7 +112,7 @@ def _described(facets, facet, at, best, direction, cosine, receivers):
         k = facet[r] - m
         place = receivers.points[r] + best[r, None] * direction[r]
         local = np.einsum("nij,nj->ni", facets.ball_inverse[k], place - facets.ball_centre[k])
-        at[r] = ball_chart(local)
+        at[r] = Sphere.to_chart(local)
         out = np.einsum("nji,nj->ni", facets.ball_inverse[k], local)
         front[r] = np.einsum("ni,ni->n", direction[r], out) < 0
     return Hits(facet, at, front, cosine)
@@ -122,20 +123,6 @@ def _in_contact(facets, nearest, height, receivers):
     some = np.flatnonzero((receivers.start < 0) & (height < TOUCHING * facets.tolerance) & (nearest < facets.count))
     along_ = np.einsum("ni,ni->n", receivers.normals[some], facets.normal[nearest[some]])
     return some[1 - along_**2 < PARALLEL**2]
-
-
-def ball_chart(local):
-    """Directions (n, 3) in a ball's own space -> chart positions (n, 2) in [0, 1]: turn about its axis, polar angle."""
-    turn = np.arctan2(local[:, 1], local[:, 0]) / (2 * np.pi) % 1.0
-    polar = np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2]) / np.pi
-    return np.column_stack([turn, polar])
-
-
-def ball_place(at):
-    """Chart positions (n, 2) -> unit directions (n, 3) in the ball's own space."""
-    turn, polar = 2 * np.pi * at[:, 0], np.pi * at[:, 1]
-    ring = np.sin(polar)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), np.cos(polar)])
 
 
 def _frames(directions):

@@ -62,10 +62,6 @@ class Lattice:
         keep = ~leaves
         return Lattice(self.size, self.round_, self.chart[keep], self.corner[keep], self.level[keep])
 
-    def share(self):
-        """(k,) Each leaf's part of its chart, where equal parts of it are of equal area."""
-        return self.step.prod(axis=1) / np.maximum(self.grid[self.chart], 1)
-
     # -- values --------------------------------------------------------------------------------------------------
 
     def columns(self, chart, at):

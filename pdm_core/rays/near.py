@@ -5,7 +5,7 @@ What is read off next to the edge of a shadow sees the cells that it crosses fro
 
 import numpy as np
 
-from .bundles import ball_place
+from ..shapes.sphere import Sphere
 from .direct import AT_NODES
 from .placed import Placed
 
@@ -76,5 +76,5 @@ def places_of(facets, facet, at):
     k, s = facet[flat], at[flat]
     out[flat] = facets.origin[k] + s[:, :1] * facets.u[k] + s[:, 1:] * facets.v[k]
     k = facet[~flat] - facets.count
-    out[~flat] = facets.ball_centre[k] + np.einsum("nij,nj->ni", facets.ball_linear[k], ball_place(at[~flat]))
+    out[~flat] = facets.ball_centre[k] + np.einsum("nij,nj->ni", facets.ball_linear[k], Sphere.from_chart(at[~flat]))
     return out

@@ -10,20 +10,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ..shapes.mesh import Mesh
-from ..shapes.polygon import Polygon
-from ..shapes.shape import square_lattice
-from ..shapes.sphere import Sphere
-from .bundles import ball_place
 from .lattice import NEXT, Lattice
 from .merged import PLACES, Merged
+from .on_charts import OnCharts
 from .placed import Placed
 
 FIRST = 64  # cells along an axis to begin with at most
 USUAL = 3000  # cells to begin with, where there are fewer shapes
-BALL = 4, 2  # cells about the axis of a ball and along it, at least
 LIT = 8  # of them where direct light is worked out
-TRIED = 64  # places of a cell on a polygon's border, of which those inside are used
 
 
 class Nodes:
@@ -36,34 +30,17 @@ class Nodes:
 
     def __init__(self, facets, sends):
         self.facets, self.sends, scene = facets, sends, facets.scene
-        shapes = [s.shape for s in scene.surfaces]
-        self.is_mesh, self.is_ball, self.is_polygon = (
-            np.array([isinstance(shape, kind) for shape in shapes]) for kind in (Mesh, Sphere, Polygon)
-        )
-        self.extent = np.array([_extent(shape) for shape in shapes])
+        self.charts = charts = OnCharts([s.shape for s in scene.surfaces])
         area = scene.areas[sends].sum() or 1.0
-        self.size = np.sqrt(area / USUAL)  # m, of a cell, and of those in which a mesh's vertices are merged
-        self.meshes = Merged(facets, np.flatnonzero(self.is_mesh & sends), self.size)
-        lattice = Lattice.even(self._first_cells(), self.is_ball)
+        size = np.sqrt(area / USUAL)  # m, of a cell, and of those in which a mesh's vertices are merged
+        self.meshes = Merged(facets, np.flatnonzero(~charts.has & sends), size)
+        level = np.round(np.log2(np.maximum(charts.lengths / size, 1.0)))
+        cells = np.maximum(np.minimum(2 ** level.astype(int), FIRST), charts.least)
+        lattice = Lattice.even(np.where((charts.has & sends)[:, None], cells, 0), charts.wraps)
         self._lay_out(lattice, np.full(len(lattice), -1), None)
 
     def __len__(self):
         return len(self.surface)
-
-    def _first_cells(self):
-        scene = self.facets.scene
-        extent = np.zeros((len(scene), 2))
-        for k in np.flatnonzero(~self.is_mesh & self.sends):
-            shape = scene.surfaces[k].shape
-            if isinstance(shape, Sphere):
-                extent[k] = 2 * np.pi * shape.semi_axes[0], np.pi * shape.semi_axes[0]
-            else:
-                extent[k] = np.linalg.norm(shape.linear[:, :2], axis=0)
-        level = np.round(np.log2(np.maximum(extent / self.size, 1.0)))
-        cells = np.minimum(2 ** level.astype(int), FIRST)
-        cells[self.is_ball] = np.maximum(cells[self.is_ball], BALL)
-        cells[self.is_mesh | ~self.sends] = 0
-        return cells
 
     def _lay_out(self, lattice, known, before):
         """The nodes of a lattice's cells, known (k,) which of those before each was, -1 of new ones, and of meshes."""
@@ -87,51 +64,22 @@ class Nodes:
     def _of_cells(self, lattice, known, before):
         """Of the nodes of cells: surface, old, share (k,); of the new ones points, normals and triangles."""
         share, new = np.zeros(len(lattice)), known < 0
-        share[new], at = self._cells(lattice, np.flatnonzero(new))
+        own, corner, step = (a[new] for a in (lattice.chart, lattice.corner, lattice.step))
+        low, high = (end / lattice.size[own] for end in (corner, corner + step))
+        share[new], at = self.charts.cells(own, low, high, PLACES)
         if before is not None:
             share[~new] = before.share[known[~new]]
         at, some = at[share[new] > 0], share > 0
         self.lattice = lattice.without(~some)
-        points = self._on_charts(lattice.chart[some & new], at)
+        own = np.repeat(lattice.chart[some & new], PLACES)
+        points = self.charts.points(own, at.reshape(-1, 2)).reshape(-1, PLACES, 3)
         unknown = np.full(points.shape, np.nan), np.full(points.shape[:2], -1)
         return lattice.chart[some], known[some], share[some], points, *unknown
-
-    def _cells(self, lattice, some):
-        """Of leaves (k,): the part of the chart that each is (k,), 0 of those that hold nothing of it, and PLACES of it
-        on the chart (k, PLACES, 2)."""
-        own, size = lattice.chart[some], lattice.size[lattice.chart[some]]
-        corner, step = lattice.corner[some], lattice.step[some]
-        at = (corner[:, None] + step[:, None] * square_lattice(PLACES)) / size[:, None]
-        share = lattice.share()[some]
-        ball = np.flatnonzero(self.is_ball[own])
-        low, high = (np.cos(np.pi * (corner[ball, 1] + k * step[ball, 1]) / size[ball, 1]) for k in (0, 1))
-        share[ball] = (low - high) / 2 * step[ball, 0] / size[ball, 0]
-        # by area: the cosine of the polar angle evenly
-        across = low[:, None] + square_lattice(PLACES)[:, 1] * (high - low)[:, None]
-        at[ball, :, 1] = np.arccos(np.clip(across, -1.0, 1.0)) / np.pi
-        for k in np.unique(own[self.is_polygon[own]]):
-            mine = np.flatnonzero(own == k)
-            inside = _inside(self.facets.scene.surfaces[k].shape, corner[mine], step[mine], lattice.size[k], at[mine])
-            share[mine] *= inside[0]
-            at[mine] = inside[1]
-        return share, at
 
     @cached_property
     def weight(self):
         """(n,) m^2 of what is seen of each."""
-        return self.share * self.extent[self.surface] * (1 - self.hidden.mean(axis=1))
-
-    def _on_charts(self, own, at):
-        """Points (k, j, 3) m at chart positions (k, j, 2) of surfaces (k,)."""
-        shapes = [s.shape for s in self.facets.scene.surfaces]
-        local = np.concatenate([at, np.zeros((*at.shape[:2], 1))], axis=2)
-        ball = self.is_ball[own]
-        local[ball] = ball_place(at[ball].reshape(-1, 2)).reshape(-1, at.shape[1], 3)
-        flat = ~self.is_mesh
-        linear, origin = np.zeros((len(shapes), 3, 3)), np.zeros((len(shapes), 3))
-        linear[flat] = np.array([shapes[k].linear for k in np.flatnonzero(flat)]).reshape(-1, 3, 3)
-        origin[flat] = np.array([shapes[k].origin for k in np.flatnonzero(flat)]).reshape(-1, 3)
-        return origin[own][:, None] + np.einsum("nij,nkj->nki", linear[own], local)
+        return self.share * self.charts.area[self.surface] * (1 - self.hidden.mean(axis=1))
 
     def uncover(self, new, hidden):
         """Leaves out places, hidden (k, PLACES) bool of the nodes new (k,), that nothing comes to: others of the same
@@ -139,7 +87,7 @@ class Nodes:
         of these (k,) start from other places than before."""
         self.hidden[new] = hidden
         alive = PLACES - self.hidden.sum(axis=1)
-        lost = (alive == 0) & ~self.is_mesh[self.surface]
+        lost = (alive == 0) & self.charts.has[self.surface]
         kept = np.flatnonzero(~lost)
         changed = new[(alive[new] > 0) & (alive[new] < PLACES)]
         order = np.argsort(self.hidden[changed], axis=1, kind="stable")
@@ -148,7 +96,7 @@ class Nodes:
         index[changed] = changed[:, None] * PLACES + pick
         self.places.reorder(index[kept].ravel())
         self.number -= np.bincount(self.surface[lost], minlength=len(self.number))
-        self.first[self.is_mesh] -= lost.sum()
+        self.first[~self.charts.has] -= lost.sum()
         self.lattice = self.lattice.without(lost[: len(self.lattice)])
         for name in ("surface", "share", "hidden"):
             setattr(self, name, getattr(self, name)[kept])
@@ -188,10 +136,10 @@ class Nodes:
         own = self.facets.surface[facet, np.where(front, 0, 1)]
         carries = (own >= 0) & (self.number[own] > 0)
         node, weight = np.zeros((len(facet), 4), np.int32), np.zeros((len(facet), 4), np.float32)
-        mesh = np.flatnonzero(carries & self.is_mesh[own])
+        mesh = np.flatnonzero(carries & ~self.charts.has[own])
         if len(mesh):
             node[mesh, :3], weight[mesh, :3] = self.on_meshes(own[mesh], facet[mesh], at[mesh])
-        flat = np.flatnonzero(carries & ~self.is_mesh[own])
+        flat = np.flatnonzero(carries & self.charts.has[own])
         if len(flat):
             node[flat], weight[flat] = self.lattice.columns(own[flat], self._chart_at(facet[flat], at[flat]))
         return node, weight
@@ -230,29 +178,7 @@ class Nodes:
         return new
 
 
-def _extent(shape):
-    """m^2 of a shape's whole chart; 1 of a mesh, whose parts are told in m^2."""
-    if isinstance(shape, Mesh):
-        return 1.0
-    return np.linalg.norm(np.cross(*shape.linear[:, :2].T)) if isinstance(shape, Polygon) else shape.area
-
-
 def _as_before(k, before):
     """As Nodes._of_cells, of a mesh whose nodes are those of before."""
     old, none = before.first[k] + np.arange(before.number[k]), np.zeros((0, PLACES, 3))
     return np.full(len(old), k), old, before.share[old], none, none, np.zeros((0, PLACES), int)
-
-
-def _inside(polygon, corner, step, size, at):
-    """Of cells from corners (k, 2) on, step (k, 2) wide, in a polygon's chart of size (2,): the part of each (k,) that
-    lies in the polygon, and places (k, PLACES, 2) in it, at (k, PLACES, 2) where it is all."""
-    tried = (corner[:, None] + step[:, None] * square_lattice(TRIED)) / size
-    inside = polygon.contains(tried.reshape(-1, 2)).reshape(tried.shape[:2])
-    count = inside.sum(axis=1)
-    order = np.argsort(~inside, axis=1, kind="stable")
-    pick = order[np.arange(len(corner))[:, None], np.arange(PLACES) % np.maximum(count, 1)[:, None]]
-    chosen = np.take_along_axis(tried, pick[..., None], axis=1)
-    if not count.any() and len(count) == size.prod():  # a sliver between all places: its triangles' middles
-        middles = polygon.local(polygon.triangles.mean(axis=1))[:, :2]
-        count[0], chosen[0] = 1, middles[np.arange(PLACES) % len(middles)]
-    return count / TRIED, np.where((count == TRIED)[:, None, None], at, chosen)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from ..read_off import runs_of
-from .bundles import ball_chart
 
 POINTS = 1 << 16  # at once
 
@@ -13,13 +12,13 @@ def nodes_near(nodes, surface, points):
     done."""
     out, done = np.full(len(points), -1), 0
     has = nodes.number[surface] > 0
-    for some in _parts(np.flatnonzero(has & ~nodes.is_mesh[surface])):
+    for some in _parts(np.flatnonzero(has & nodes.charts.has[surface])):
         own = surface[some]
-        node, weight = nodes.lattice.columns(own, _chart_at(nodes, own, points[some]))
+        node, weight = nodes.lattice.columns(own, nodes.charts.places(own, points[some]))
         out[some] = node[np.arange(len(some)), weight.argmax(axis=1)]
         done += len(some)
         yield done / len(points)
-    some = np.flatnonzero(has & nodes.is_mesh[surface])
+    some = np.flatnonzero(has & ~nodes.charts.has[surface])
     for k, mine in runs_of(surface[some]):
         mine, first = some[mine], nodes.facets.first[nodes.facets.scene.shape_of[k]]
         triangle, bary = nodes.facets.scene.surfaces[k].shape.nearest(points[mine])
@@ -28,18 +27,6 @@ def nodes_near(nodes, surface, points):
         done += len(mine)
         yield done / len(points)
     return out
-
-
-def _chart_at(nodes, own, points):
-    """Chart positions (n, 2) of points (n, 3) m of surfaces (n,), none of them meshes."""
-    flat, shapes = ~nodes.is_mesh, [s.shape for s in nodes.facets.scene.surfaces]
-    inverse, origin = np.zeros((len(shapes), 3, 3)), np.zeros((len(shapes), 3))
-    inverse[flat] = [shape.inverse for shape, is_flat in zip(shapes, flat) if is_flat]
-    origin[flat] = [shape.origin for shape, is_flat in zip(shapes, flat) if is_flat]
-    local = np.einsum("nij,nj->ni", inverse[own], points - origin[own])
-    at, ball = local[:, :2], nodes.is_ball[own]
-    at[ball] = ball_chart(local[ball])
-    return np.clip(at, 0.0, 1.0)
 
 
 def _parts(index):

@@ -23,6 +23,7 @@ from .triangles import into_triangles, spread_over
 FLAT = 1e-4  # of the extent: corners no further from their plane are put into it, single precision's among them
 SINGLE = 4 * 2**-24  # of the coordinates: what single precision and a matrix may move corners by
 LONGEST = 64  # edges among which the bounding rectangle's direction is sought
+TRIED = 64  # places of a cell on the border, of which those inside are used
 TRIES = 64  # points of the lattice, of those wanted, that are tried before triangles are gone through
 
 
@@ -204,6 +205,32 @@ class Polygon(Flat):
             away = np.linalg.norm(points - nearest_on_edges(points, self._flat_loops), axis=1)
             inside &= away >= inset
         return inside
+
+    @property
+    def chart_area(self):
+        return float(np.linalg.norm(np.cross(*self.linear[:, :2].T)))
+
+    @classmethod
+    def cells(cls, shapes, own, low, high, places):
+        share, at = super().cells(shapes, own, low, high, places)
+        for k in np.unique(own):
+            mine = np.flatnonzero(own == k)
+            inside, chosen = shapes[k]._within_cells(low[mine], high[mine], places)
+            if not inside.any() and share[mine].sum() > 1 - 1e-9:  # a sliver between all places: its triangles' middles
+                middles = shapes[k].local(shapes[k].triangles.mean(axis=1))[:, :2]
+                inside[0], chosen[0] = 1 / TRIED, middles[np.arange(places) % len(middles)]
+            share[mine] *= inside
+            at[mine] = np.where((inside == 1)[:, None, None], at[mine], chosen)
+        return share, at
+
+    def _within_cells(self, low, high, places):
+        """Of cells low (k, 2) to high (k, 2): the part of each (k,) inside, and so many places there (k, places, 2)."""
+        tried = low[:, None] + (high - low)[:, None] * square_lattice(TRIED)
+        inside = self.contains(tried.reshape(-1, 2)).reshape(tried.shape[:2])
+        count = inside.sum(axis=1)
+        order = np.argsort(~inside, axis=1, kind="stable")
+        pick = np.take_along_axis(order, np.arange(places) % np.maximum(count, 1)[:, None], axis=1)
+        return count / TRIED, np.take_along_axis(tried, pick[..., None], axis=1)
 
     def project(self, points):
         """points (n, 3) -> nearest points (n, 3) on the shape."""

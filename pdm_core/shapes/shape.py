@@ -58,6 +58,8 @@ class Shape:
     lift = 0.0  # m; what points are lifted off it that stand for its light
     wraps = False  # whether its second parameter runs around it
     first_cells = 1, 1  # along its parameters, where an integral over it begins
+    has_chart = True  # whether [0, 1]^2 are places of it, for cells of light
+    least_cells = 1, 1  # along the chart's axes
 
     @cached_property
     def inverse(self):
@@ -76,6 +78,34 @@ class Shape:
     def gap(self, points):
         """points (n, 3) m -> (n,) m from it"""
         return np.linalg.norm(points - self.project(points), axis=1)
+
+    @property
+    def chart_lengths(self):
+        """(2,) m along the chart's axes"""
+        return np.linalg.norm(self.linear[:, :2], axis=0)
+
+    @property
+    def chart_area(self):
+        """m^2 of what the whole chart is"""
+        return self.area
+
+    @staticmethod
+    def to_chart(local):
+        """local (n, 3) -> (n, 2) on the chart"""
+        return local[:, :2]
+
+    @staticmethod
+    def from_chart(at):
+        """(n, 2) on the chart -> local (n, 3)"""
+        return np.column_stack([at, np.zeros(len(at))])
+
+    @classmethod
+    def cells(cls, shapes, own, low, high, places):
+        """Of cells low (k, 2) to high (k, 2) of the charts of shapes own (k,), of this kind: the part of the chart's
+        area that each is (k,), 0 where nothing of the shape is in it, and so many places, spread evenly over it, on the
+        chart (k, places, 2)."""
+        size = high - low
+        return size.prod(axis=1), low[:, None] + size[:, None] * square_lattice(places)
 
     @property
     def pieces(self):

@@ -8,7 +8,7 @@ from ..checked import number, vector
 from ..coincident import REACHES
 from ..shape_table import ShapeTable
 from ..view import visible_factors
-from .shape import FLATTEST, Shape, lattice, unit
+from .shape import FLATTEST, Shape, lattice, square_lattice, unit
 
 
 class Sphere(Shape):
@@ -17,6 +17,7 @@ class Sphere(Shape):
     is_ball = wraps = True
     facet_count = 0
     first_cells = 2, 4
+    least_cells = 4, 2
 
     def __init__(self, matrix):
         self.matrix = vector(matrix, (4, 4), "Sphere matrix")
@@ -118,16 +119,42 @@ class Sphere(Shape):
     def parametric(self, st):
         """Points (n, 3) m at parameters (n, 2), (theta / pi, phi / 2 pi) with theta from the pole, as in the paper, and
         area vectors (n, 3) m^2 of the front."""
-        theta, phi = np.pi * st[:, 0], 2 * np.pi * st[:, 1]
-        local = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-        area = 2 * np.pi**2 * np.sin(theta)[:, None] * local
+        local = self.from_chart(st[:, ::-1])
+        area = 2 * np.pi**2 * np.sin(np.pi * st[:, :1]) * local
         cofactor = abs(np.linalg.det(self.linear)) * self.inverse
         return self.world(local), area @ cofactor
 
     def parameters(self, local):
         """Local coordinates (n, 3) -> s, t (n,)"""
-        s = np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2]) / np.pi
-        return s, np.arctan2(local[:, 1], local[:, 0]) / (2 * np.pi) % 1.0
+        turn, polar = self.to_chart(local).T
+        return polar, turn
+
+    @property
+    def chart_lengths(self):
+        return np.array([2 * np.pi, np.pi]) * self.semi_axes[0]
+
+    @staticmethod
+    def to_chart(local):
+        """Directions (n, 3) -> (n, 2): turn about the axis, polar angle, both in [0, 1]."""
+        turn = np.arctan2(local[:, 1], local[:, 0]) / (2 * np.pi) % 1.0
+        polar = np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2]) / np.pi
+        return np.column_stack([turn, polar])
+
+    @staticmethod
+    def from_chart(at):
+        """Turn and polar angle (n, 2) in [0, 1] -> unit directions (n, 3)."""
+        turn, polar = 2 * np.pi * at[:, 0], np.pi * at[:, 1]
+        ring = np.sin(polar)
+        return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), np.cos(polar)])
+
+    @classmethod
+    def cells(cls, shapes, own, low, high, places):
+        share, at = super().cells(shapes, own, low, high, places)
+        first, last = np.cos(np.pi * low[:, 1]), np.cos(np.pi * high[:, 1])
+        # by area: the cosine of the polar angle evenly
+        across = first[:, None] + square_lattice(places)[:, 1] * (last - first)[:, None]
+        at[:, :, 1] = np.arccos(np.clip(across, -1.0, 1.0)) / np.pi
+        return (first - last) / 2 * (high - low)[:, 0], at
 
     def project(self, points):
         """points (n, 3) -> points (n, 3) on the shape along the ray from its centre (the exact shape's vertex)."""
