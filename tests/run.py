@@ -120,7 +120,7 @@ def stability():
 
 
 def bench():
-    """Every benchmark, on one thread so that CPU seconds compare; about an hour. Output in docs/benchmarks."""
+    """Every benchmark, on one thread so that CPU seconds compare; some 80 minutes. Output in docs/benchmarks."""
     python = venv("bench", "3.13", ["numpy", "matplotlib"])
     blender = venv("blender-5.2", *BLENDER["blender-5.2"])
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -130,6 +130,7 @@ def bench():
         [python, "form_factors.py", "form_factors.json"],
         [blender, "beside_cycles.py", "beside_cycles.json"],
         [blender, "lights.py", "lights.json"],
+        [blender, "lights_shaded.py", "lights_shaded.json"],
         [blender, "relight.py", "relight.json"],
         [blender, "subdivision.py", "subdivision.json"],
         [python, "polygons_and_meshes.py", "polygons_and_meshes.json"],

@@ -19,7 +19,7 @@ from .facets import Facets
 from .grid import batches
 from .near import NearHits
 from .nodes import LIT, Nodes
-from .rows import Gathered, Traced, bundle, directions
+from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import relit, sources_of
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
@@ -174,21 +174,16 @@ class RayState:
 
     def gather(self, receivers, count):
         """Indirect light and the sky's at receivers by `count` directions -> (n, 3); yields."""
-        n, nodes, scene = len(receivers), self.nodes, self.scene
+        n, every = len(receivers), directions(count)
         total, weight = np.zeros((n, 3)), np.zeros(n)
-        sent, near = self.sent.astype(np.float32), NearHits(self, receivers)
-        every, skies = directions(count), scene.sky is not None or scene.background.any()
+        sent, near = self.sent.astype(np.float32), NearHits(self, receivers, count)
         for some in batches(count, n, self.facets):
-            rays = bundle(self.facets, nodes, receivers, every[some])
+            rays = bundle(self.facets, self.nodes, receivers, every[some])
             yield
-            light, cosine = np.zeros((len(rays.cosine), 3)), np.abs(rays.cosine)
-            light[rays.ray] = np.einsum("hk,hkc->hc", rays.basis, sent.take(rays.node, axis=0))
+            cosine = np.abs(rays.cosine)
             near.add(rays)
-            missed = np.flatnonzero(rays.missed)
-            if len(missed) and skies:
-                sky = scene.sky_at(np.concatenate([every[some], -every[some]]))
-                light[missed] = sky[missed // n + len(some) * (rays.cosine[missed] < 0)]
-            total += (cosine[:, None] * light).reshape(len(some), n, 3).sum(axis=0)
+            light = cosine[:, None] * light_of(rays, sent, self.scene, every[some])
+            total += light.reshape(len(some), n, 3).sum(axis=0)
             weight += cosine.reshape(len(some), n).sum(axis=0)
         self.counts["rays"] += n * count
         total += yield from near.settle()

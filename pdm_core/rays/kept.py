@@ -41,7 +41,7 @@ class KeptRays(KeptGroups):
             one, told = Shares(state.facets, [source], state.counts), self._tolerance(state, k)
             steps = one.at(receivers, told, state.target, READ[state.target > COARSE])
             self.factor[:, k] = (yield from mapped(steps, lambda _, k=k: k / total))[0][:, 0]
-        light, near = np.zeros((len(receivers), 3)), NearHits(state, receivers)
+        light, near = np.zeros((len(receivers), 3)), NearHits(state, receivers, state.read)
         for j, direction in enumerate(directions(state.read)):
             self._along(state, receivers, j, direction, light, near)
             yield (len(state.sources) + j / state.read) / total

@@ -1,72 +1,166 @@
-"""Hits near by, in cells whose direct light is uneven: there it is worked out anew, at the hit itself.
+"""Hits near by, in cells whose light is uneven: there it is worked out anew, at the hit itself.
 
-What is read off next to the edge of a shadow sees the cells that it crosses from so near that their mean does not do.
+What is read off next to the edge of a shadow sees the cells that it crosses from so near that their mean does not do;
+nor does the mean of what these get, as in a corner two walls show each other the very next of their points alone. So a
+ray goes on from each near hit, and from what that meets near by, until what is met is the light of cells.
 """
+
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from ..shapes.sphere import Sphere
 from .direct import AT_NODES
 from .placed import Placed
+from .rows import bundle, directions, light_of
 
-UNEVEN = 0.5  # of the target and the mean light: root mean square within a cell from which on it is looked at
-REACH = 4.0  # sizes of a cell within which a hit is near
-MOST, PAIRS = 1 << 16, 1 << 20  # hits, and pairs of them and sources, that are worked out anew: the nearest ones
-KEPT = 4  # times as many are kept meanwhile
+UNEVEN = 0.5  # of the target and the mean light: root mean square within a cell from which on it is uneven
+REACH = 4.0, 0.5  # sizes of a cell within which a hit is near, where it is uneven and where it is even
+# directions of a receiver whose hits are looked at: of fewer several rays go on from each, of more only some are taken
+FEW, ENOUGH = 512, 1024
+MOST, PAIRS = 1 << 18, 1 << 20  # hits, and pairs of them and sources, that are worked out anew: the nearest ones
+KEPT = 2  # times as many are kept meanwhile
+# of each time that rays go on, at first in a quarter as many directions as they came in, then in half as many as
+# before, spread over the hits: steps from one hit to the next, unlike those in which directions turn about their axis
+TURNS = np.sqrt([2, 3, 7, 11, 13]) % 1
+
+
+@dataclass
+class _Hits:
+    """who (h,): the receiver that they are found for; weight (h, 3) of what they send in its light; number (h,): of the
+    receiver's direction that led to them; far (h,): of their reach; place (h, 3) m about the facets' centre; facet
+    (h,), front (h,), node, basis (h, 4) as of a Bundle."""
+
+    who: np.ndarray
+    weight: np.ndarray
+    number: np.ndarray
+    far: np.ndarray
+    place: np.ndarray
+    facet: np.ndarray
+    front: np.ndarray
+    node: np.ndarray
+    basis: np.ndarray
+
+    @classmethod
+    def joined(cls, parts):
+        """All hits of parts in turn."""
+        return cls(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(cls)))
+
+    def take(self, index):
+        """Those of the index."""
+        return type(self)(*(getattr(self, one.name)[index] for one in fields(self)))
+
+    def __len__(self):
+        return len(self.who)
+
+    def of(self, value):
+        """value (nodes, 3) -> (h, 3) at the hits"""
+        return np.einsum("hk,hkc->hc", self.basis, value[self.node])
 
 
 class NearHits:
-    """Of receivers whose rays meet the nodes of a RayState."""
+    """Of receivers whose rays, along `count` directions, meet the nodes of a RayState."""
 
-    def __init__(self, state, receivers):
+    def __init__(self, state, receivers, count):
         self.state, self.receivers, nodes = state, receivers, state.nodes
         # shadows may end between the places that tell how uneven a cell is: then it differs from the one beside it
         uneven = np.maximum(state.spread * nodes.reflectance.max(axis=1, initial=0.0), state.bent)
         least = UNEVEN * state.target * state.level * nodes.reflectance.max(initial=0.0)
-        self.reach = np.where(uneven > least, REACH * np.sqrt(nodes.weight), 0.0)
+        self.reach = np.where(uneven > least, *REACH) * np.sqrt(nodes.weight)
         self.most = min(MOST, PAIRS // max(len(state.sources), 1))
         self.found, self.count = [], 0
+        self.every, self.again, self.bundles = -(-count // ENOUGH), -(-FEW // count), 0
 
-    def add(self, bundle):
-        """Takes the near ones of a Bundle's hits."""
-        # a cell's unevenness is also beside it, as far as is interpolated
-        reach = np.where(bundle.basis > 0, self.reach[bundle.node], 0.0).max(axis=1, initial=0.0)
-        some = np.flatnonzero(reach > 0)
-        if not len(some):
-            return
-        place = places_of(self.state.facets, bundle.facet[some], bundle.at[some])
-        far = np.linalg.norm(place - self.receivers.points[bundle.who[some]], axis=1) / reach[some]
-        near = np.flatnonzero(far < 1)
-        some = some[near]
-        parts = bundle.who[some], np.abs(bundle.cosine[bundle.ray[some]]), far[near], place[near]
-        self.found.append((*parts, bundle.facet[some], bundle.front[some], bundle.node[some], bundle.basis[some]))
-        self.count += len(some)
+    def add(self, rays):
+        """Takes the near ones of the hits of Bundles, of all directions in turn."""
+        near, each = self._near(rays, self.receivers), max(len(self.receivers), 1)
+        near.weight *= self.every * np.abs(rays.cosine[near.number])[:, None]
+        near.number, skipped = np.divmod(self.bundles + near.number // each, self.every)
+        self.bundles += len(rays.cosine) // each
+        self.found.append(near.take(skipped == 0))
+        self.count += len(self.found[-1])
         if self.count > KEPT * self.most:
             self.found, self.count = [self._nearest()], self.most
 
+    def _near(self, rays, receivers):
+        """The near _Hits of a Bundle of receivers, each for its own receiver, of weight 1; their numbers are rays'."""
+        # a cell's unevenness is also beside it, as far as is interpolated
+        reach = np.where(rays.basis > 0, self.reach[rays.node], 0.0).max(axis=1, initial=1e-300)
+        place = places_of(self.state.facets, rays.facet, rays.at)
+        far = np.linalg.norm(place - receivers.points[rays.who], axis=1) / reach
+        near = np.flatnonzero(far < 1)
+        told = (getattr(rays, name)[near] for name in ("facet", "front", "node", "basis"))
+        return _Hits(rays.who[near], np.ones((len(near), 3)), rays.ray[near], far[near], place[near], *told)
+
     def _nearest(self):
-        """The nearest of all that were found, as arrays."""
-        parts = [np.concatenate(part) for part in zip(*self.found)]
-        nearest = np.argsort(parts[2], kind="stable")[: self.most]
-        return [part[nearest] for part in parts]
+        """The nearest of all that were found, in the order in which they were."""
+        found = _Hits.joined(self.found)
+        nearest = np.argsort(found.far, kind="stable")[: self.most]
+        return found.take(np.sort(nearest))
 
     def settle(self):
         """Generator with a sign of life a bundle; returns (n, 3), what they tell more."""
         out = np.zeros((len(self.receivers), 3))
         if not self.found:
             return out
-        state, facets = self.state, self.state.facets
-        who, cosine, _, place, facet, front, node, basis = self._nearest()
-        own = facets.surface[facet, np.where(front, 0, 1)]
-        triangle = facet - facets.first[facets.shape[facet]]
-        there = Placed(facets, own, place + facets.centre, triangle=triangle)
+        state, hits = self.state, self._nearest()
+        again, ways = self.again, self.again * self.bundles // self.every // 2
+        for turn in TURNS:
+            if not len(hits):
+                break
+            hits.weight *= hits.of(state.nodes.reflectance)
+            there = self._places(hits)
+            more = (yield from self._direct(there)) - hits.of(state.received)
+            np.add.at(out, hits.who, hits.weight * more)
+            index = np.repeat(np.arange(len(hits)), again)
+            hits, there = hits.take(index), there.take(index)
+            hits.weight /= again
+            hits.number = again * hits.number + np.arange(len(hits)) % again
+            again, ways = 1, max(ways // 2, 1)
+            more, onward = yield from self._onward(hits, there, turn, directions(ways))
+            np.add.at(out, hits.who, hits.weight * more)
+            hits = onward
+        return out
+
+    def _places(self, hits):
+        """Placed at hits."""
+        facets = self.state.facets
+        own = facets.surface[hits.facet, np.where(hits.front, 0, 1)]
+        triangle = hits.facet - facets.first[facets.shape[hits.facet]]
+        return Placed(facets, own, hits.place + facets.centre, triangle=triangle)
+
+    def _direct(self, there):
+        """Direct light (h, 3); yields."""
+        state = self.state
         told = state.told * state.target
         factor = (yield from state.shares.at(there, told * state.level, told, AT_NODES))[0]
-        light = np.where(state.beamed[:, None], 0.0, state.light)
-        more = np.einsum("nkc,kc->nc", factor, light) - np.einsum("hk,hkc->hc", basis, state.direct[node])
-        more *= cosine[:, None] * np.einsum("hk,hkc->hc", basis, state.nodes.reflectance[node])
-        np.add.at(out, who, more)
-        return out
+        return np.einsum("nkc,kc->nc", factor, np.where(state.beamed[:, None], 0.0, state.light))
+
+    def _onward(self, hits, there, turn, ways):
+        """One ray from each hit, along one of ways (m, 3): what it tells of the light of others and the sky (h, 3), and
+        the near _Hits of those rays; yields."""
+        state, found = self.state, [hits.take(slice(0))]
+        way = (hits.number * turn % 1 * len(ways)).astype(int)
+        light, cosine, sent = np.zeros((len(hits), 3)), np.zeros(len(hits)), state.sent.astype(np.float32)
+        for k in np.unique(way):
+            some = np.flatnonzero(way == k)
+            from_, one = there.take(some), ways[k : k + 1]
+            rays = bundle(state.facets, state.nodes, from_, one)
+            yield
+            light[some], cosine[some] = light_of(rays, sent, state.scene, one), np.abs(rays.cosine)
+            near = self._near(rays, from_)
+            near.number = some[near.who]
+            found.append(near)
+        state.counts["rays"] += len(hits)
+        # as directions are spread evenly each counts by its cosine, all of a receiver's together as much as before
+        weight = hits.weight.mean(axis=1)
+        whole, by_cosine = (np.bincount(hits.who, w, len(self.receivers)) for w in (weight, weight * cosine))
+        share = cosine * (whole / np.maximum(by_cosine, 1e-300))[hits.who]
+        onward = _Hits.joined(found)
+        parent = onward.number
+        onward.who, onward.number = hits.who[parent], hits.number[parent]
+        onward.weight = hits.weight[parent] * share[parent, None]
+        return share[:, None] * light, onward
 
 
 def places_of(facets, facet, at):

@@ -81,6 +81,18 @@ def bundle(facets, nodes, receivers, directions):
     return Bundle(ray, who[ray], facet, at, front, node, basis, hits.cosine, hits.facet == NOTHING)
 
 
+def light_of(rays, sent, scene, directions):
+    """(k n, 3) What comes along the rays of a Bundle in directions (k, 3): what nodes send (nodes, 3), or the sky."""
+    out = np.zeros((len(rays.cosine), 3))
+    out[rays.ray] = np.einsum("hk,hkc->hc", rays.basis, sent.take(rays.node, axis=0))
+    missed = np.flatnonzero(rays.missed)
+    if len(missed) and (scene.sky is not None or scene.background.any()):
+        sky = scene.sky_at(np.concatenate([directions, -directions]))
+        of_each = len(rays.cosine) // len(directions)
+        out[missed] = sky[missed // of_each + len(directions) * (rays.cosine[missed] < 0)]
+    return out
+
+
 class Gathered:
     """Sparse rows over the nodes, and what comes from the sky: of all rays, and of each half of them.
 
