@@ -113,10 +113,9 @@ def _layers(facets, sides):
     i, j = i[one_plane], j[one_plane]
     if not len(i):
         return out
-    middle = (low + high) / 2
-    half = (np.abs(normal[i]) * (high - low)[j]).sum(axis=1) / 2 * TILTED + facets.tolerance
-    flush = np.abs(np.einsum("ni,ni->n", middle[j] - middle[i], normal[i])) <= 2 * half
     corners = np.array([shapes[k].world(AROUND) for k in flat])
+    height = np.einsum("nci,ni->nc", corners[j] - corners[i, :1], normal[i])
+    flush = np.abs(height).max(axis=1) <= 2 * facets.tolerance
     flush &= overlap(corners, normal, i, j, 2 * facets.tolerance)
     i, j = i[flush], j[flush]
     same = np.einsum("ni,ni->n", lit[i], lit[j]) > 0

@@ -124,9 +124,9 @@ def test_a_ball_that_shines_inwards(place):
 
 
 def test_a_lamp_of_a_centimetre_over_a_floor(place):
-    """E r^2 h / d^3 for a small ball."""
+    """E r^2 h / d^3 for a ball wholly over the horizon."""
     floor, centre, radius = place.plane((0, 0, 0), (10, 0, 0), (0, 10, 0)), np.array([0.3, 0.2, 0.02]), 0.01
-    solution = by_rays(Scene([Surface(floor, 0.5), Surface(Sphere.at(place(centre[None])[0], radius), 0, 10)]))
+    solution = by_rays(Scene([Surface(floor, 0.5), Surface(Sphere.at(place(centre[None])[0], radius), 0, 10)]), 0.1)
     points = np.array([(0.3, 0.2, 0), (0.31, 0.2, 0), (0.4, 0.2, 0), (1, 1, 0), (5, 5, 0)])
     right = 0.5 * 10 * radius**2 * centre[2] / np.linalg.norm(points - centre, axis=1) ** 3
     assert solution.radiance(0, place(points))[:, 0] == pytest.approx(right, rel=1e-3)
