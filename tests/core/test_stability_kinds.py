@@ -12,7 +12,6 @@ from variants import VARIANTS, knows  # noqa: E402
 
 SLOW = {"ball_over_cube", "maze"}  # seconds each: left to `make stability`
 SEEDS = 3
-PATIENCE = 120.0  # s, on a crowded machine
 
 
 @pytest.mark.parametrize("kind", [k for k in KINDS if k.__name__ not in SLOW], ids=lambda k: k.__name__)
@@ -28,7 +27,7 @@ def test_by_rays_too(number):
     kind, variant = KINDS[number], VARIANTS[number % len(VARIANTS)]
     if not knows(variant, kind):
         variant = VARIANTS[0]
-    verdict = judge(kind, 0, limit=PATIENCE, variant=variant)
+    verdict = judge(kind, 0, limit=None, variant=variant)  # however slow the machine is
     assert verdict.holds and not verdict.refused, verdict
 
 
