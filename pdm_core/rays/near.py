@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..shapes.sphere import Sphere
-from .direct import AT_NODES
+from .direct import ROUGHLY
 from .placed import Placed
 from .rows import bundle, directions, light_of
 
@@ -133,7 +133,7 @@ class NearHits:
         """Direct light (h, 3); yields."""
         state = self.state
         told = state.told * state.target
-        factor = (yield from state.shares.at(there, told * state.level, told, AT_NODES))[0]
+        factor = (yield from state.shares.at(there, told * state.level, told, ROUGHLY))[0]
         return np.einsum("nkc,kc->nc", factor, np.where(state.beamed[:, None], 0.0, state.light))
 
     def _onward(self, hits, there, turn, ways):

@@ -6,7 +6,7 @@ import numpy as np
 
 FLATTEST = 1e-9  # a shape thinner than this part of its extent has no usable area or inside
 ROUNDINGS = 4  # of a coordinate: two shapes' own, through a matrix each
-INSET = 1e-6  # of its extent: what points that receive light keep from a shape's border at least
+INSET = 2e-4  # of its extent: what points that receive light keep from a shape's border at least
 PARALLEL = 1e-3  # sine up to which what is near a flat shape lies against it
 ARITHMETIC = 16 * 2**-53  # relative to the extent: what our own sums and products of coordinates lose
 
