@@ -46,6 +46,22 @@ def spheres_in_room(count, size, seed):
     return Scene(surfaces)
 
 
+def boxes_in_room(count, size, seed):
+    """The same room and lamp with count - 1 closed boxes that float in it, turned at random."""
+    room = spheres_in_room(count, size, seed)
+    rng, surfaces = np.random.default_rng(seed), room.surfaces[:7]
+    for ball in room.surfaces[7:]:
+        centre, radius = ball.shape.bounds
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        turn *= np.sign(np.linalg.det(turn))
+        u, v, z = (turn * rng.uniform(0.6, 1.0, 3) * 2 * radius / np.sqrt(3)).T
+        o = centre - (u + v + z) / 2
+        for face in ((o, v, u), (o + z, u, v), (o, u, z), (o + u, v, z), (o + u + v, -u, z), (o + v, -v, z)):
+            plane = Plane(*face)
+            surfaces = [*surfaces, *(Surface(plane, ball.reflectance, side=way) for way in ("front", "back"))]
+    return Scene(surfaces)
+
+
 def points_over(scene, seed, least=LEAST):
     """Yield (surface, points, area m^2 of each) spread over all surfaces, at least so many on each."""
     rng = np.random.default_rng(seed)
