@@ -15,7 +15,8 @@ from .placed import Placed
 from .rows import bundle, directions, light_of
 
 UNEVEN = 0.5  # of the target and the mean light: root mean square within a cell from which on it is uneven
-REACH = 4.0, 0.5  # sizes of a cell within which a hit is near, where it is uneven and where it is even
+REACH = 4.0, 0.5  # sizes of a cell within which a hit is near, where it is uneven and where it is lit by such
+SHOWN = 0.1  # of all that a cell sees: uneven ones from which on it is lit by such
 # directions of a receiver whose hits are looked at: of fewer several rays go on from each, of more only some are taken
 FEW, ENOUGH = 512, 1024
 MOST, PAIRS = 1 << 18, 1 << 20  # hits, and pairs of them and sources, that are worked out anew: the nearest ones
@@ -66,13 +67,17 @@ class NearHits:
         # shadows may end between the places that tell how uneven a cell is: then it differs from the one beside it
         uneven = np.maximum(state.spread * nodes.reflectance.max(axis=1, initial=0.0), state.bent)
         least = UNEVEN * state.target * state.level * nodes.reflectance.max(initial=0.0)
-        self.reach = np.where(uneven > least, *REACH) * np.sqrt(nodes.weight)
+        uneven = uneven > least
+        shown = state.rows.times(uneven[:, None].astype(float))[:, 0] > SHOWN if uneven.any() else uneven
+        self.reach = np.select([uneven, shown], REACH) * np.sqrt(nodes.weight)
         self.most = min(MOST, PAIRS // max(len(state.sources), 1))
         self.found, self.count = [], 0
         self.every, self.again, self.bundles = -(-count // ENOUGH), -(-FEW // count), 0
 
     def add(self, rays):
         """Takes the near ones of the hits of Bundles, of all directions in turn."""
+        if not self.reach.any():
+            return
         near, each = self._near(rays, self.receivers), max(len(self.receivers), 1)
         near.weight *= self.every * np.abs(rays.cosine[near.number])[:, None]
         near.number, skipped = np.divmod(self.bundles + near.number // each, self.every)

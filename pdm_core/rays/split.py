@@ -8,6 +8,7 @@ import numpy as np
 from ..shapes.shape import unit
 
 MOST = 256  # parts of an edge
+SLENDER = 8  # times as many parts as cells of a triangle's area at most: four times as long as it is wide
 FINE = 30_000  # steps across a mesh in which places are told apart
 NORMAL_STEPS = 64.0  # in which shading normals are told apart, of a length of 1
 MIX = np.array([0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB], np.uint64)  # of splitmix64
@@ -26,8 +27,11 @@ class Split:
         """size m: of the cells, about which the smaller edges are long."""
         corners = mesh.vertices[mesh.triangles]
         longest = np.sqrt(((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1))
-        level = np.floor(np.log2(np.maximum(longest / max(size, 1e-300), 1.0)))
-        self.parts = np.minimum(2 ** np.minimum(level, 30).astype(np.int64), MOST)
+        size = max(size, 1e-300)
+        # of a long thin one no more than a few times the cells that its area is
+        wanted = np.minimum(longest / size, np.sqrt(SLENDER * mesh.areas) / size)
+        level = np.floor(np.log2(np.clip(wanted, 1.0, MOST)))
+        self.parts = 2 ** level.astype(np.int64)
         self.is_cut = self.parts > 1
         square = self.parts**2
         self.first = np.cumsum(square) - square
