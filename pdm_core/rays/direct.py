@@ -18,6 +18,8 @@ READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and a
 # the same where only differences count, which the same points tell alike: 1 / 64 of a lamp in the tenth of a floor that
 # sees part of it is .1 % of its light
 ROUGHLY = 16, 64
+SCATTERED = 4, 64  # points of a source for each of many receivers in turn, of so many in all
+GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is seen: UNSURE / (2 n)^POWER, about
@@ -70,6 +72,39 @@ class Shares:
             factor[lit, k] = whole[lit, None] * share
             error2[lit] += (light * off) ** 2
         return factor, np.sqrt(error2)
+
+    def scattered(self, receivers):
+        """Generator with a sign of life a bundle; returns factor (n, k, 3) as `at` does, each receiver's share told by a
+        few of many points of a source, others for each: right in the mean of several, not of each."""
+        factor = np.zeros((len(receivers), len(self.sources), 3), np.float32)
+        for k, source in enumerate(self.sources):
+            whole = yield from self._unoccluded(source, receivers)
+            factor[:, k] = whole[:, None]
+            lit = np.flatnonzero(whole > UNSEEN * max(whole.max(initial=0.0), 1e-300))
+            if source.shadows and len(lit):
+                share = yield from self._scattered_share(source, receivers.take(lit))
+                factor[lit, k] *= share
+        return factor
+
+    def _scattered_share(self, source, receivers):
+        """Shares seen (n, 3) by SCATTERED points in turn for each; yields."""
+        place, normal, weight = source.samples(SCATTERED[1])
+        tint, n, few = source.tint(place), len(receivers), min(SCATTERED[0], len(place))
+        begin = (np.arange(n) * GOLDEN % 1 * len(place)).astype(int)
+        point = (begin[:, None] + np.arange(few)).ravel() % len(place)
+        seen, total = np.zeros((n, 3)), np.zeros(n)
+        for some in batches(len(place), n * few // len(place), self.facets):
+            pairs = np.flatnonzero((point >= some[0]) & (point <= some[-1]))
+            pairs = pairs[np.argsort(point[pairs], kind="stable")]
+            mine, which = receivers.take(pairs // few), point[pairs]
+            value = self._of_each(source, place, normal, mine, which) * weight[which]
+            got = value * self._visible(source, place[some], mine, which - some[0])
+            self.counts["shadow rays"] += len(pairs)
+            for c in range(3):
+                seen[:, c] += np.bincount(pairs // few, got if tint is None else got * tint[which, c], n)
+            total += np.bincount(pairs // few, value, n)
+            yield
+        return np.where(total[:, None] > 0, seen / np.maximum(total, 1e-300)[:, None], 1.0)
 
     def _unoccluded(self, source, receivers):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))
@@ -137,6 +172,16 @@ class Shares:
         if source.pattern is not None:
             value *= np.maximum(source.pattern(unit(receivers.points - at[:, None])), DIMMEST)
         return value
+
+    def _of_each(self, source, place, normal, receivers, which):
+        """(n,) What receivers get of which (n,) of places (k, 3) of a source each, were all of it there; sorted."""
+        first, begin = np.unique(which, return_index=True)
+        parts = np.split(np.arange(len(which)), begin[1:])
+        out = np.empty(len(which))
+        for j, part in zip(first, parts):
+            own = None if normal is None else normal[j : j + 1]
+            out[part] = self._values(source, place[j : j + 1], own, receivers.take(part))[0]
+        return out
 
     def _visible(self, source, place, receivers, which):
         """(n,) Whether receivers see which (n,) of places (k, 3) of a source; sorted by them."""

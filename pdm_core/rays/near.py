@@ -10,11 +10,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..shapes.sphere import Sphere
-from .direct import ROUGHLY
 from .placed import Placed
 from .rows import bundle, directions, light_of
 
-UNEVEN = 0.5  # of the target and the mean light: root mean square within a cell from which on it is uneven
+UNEVEN = 2.5  # of the target and the mean light: root mean square within a cell from which on it is uneven
 REACH = 4.0, 0.5  # sizes of a cell within which a hit is near, where it is uneven and where it is lit by such
 SHOWN = 0.1  # of all that a cell sees: uneven ones from which on it is lit by such
 # directions of a receiver whose hits are looked at: of fewer several rays go on from each, of more only some are taken
@@ -23,6 +22,7 @@ MOST, PAIRS = 1 << 18, 1 << 20  # hits, and pairs of them and sources, that are 
 KEPT = 2  # times as many are kept meanwhile
 # of each time that rays go on, at first in a quarter as many directions as they came in, then in half as many as
 # before, spread over the hits: steps from one hit to the next, unlike those in which directions turn about their axis
+WAYS = 128  # at most
 TURNS = np.sqrt([2, 3, 7, 11, 13]) % 1
 
 
@@ -109,7 +109,7 @@ class NearHits:
         if not self.found:
             return out
         state, hits = self.state, self._nearest()
-        again, ways = self.again, self.again * self.bundles // self.every // 2
+        again, ways = self.again, min(self.again * self.bundles // self.every // 2, WAYS)
         for turn in TURNS:
             if not len(hits):
                 break
@@ -137,8 +137,7 @@ class NearHits:
     def _direct(self, there):
         """Direct light (h, 3); yields."""
         state = self.state
-        told = state.told * state.target
-        factor = (yield from state.shares.at(there, told * state.level, told, ROUGHLY))[0]
+        factor = yield from state.shares.scattered(there)
         return np.einsum("nkc,kc->nc", factor, np.where(state.beamed[:, None], 0.0, state.light))
 
     def _onward(self, hits, there, turn, ways):
