@@ -74,8 +74,8 @@ class Shares:
         return factor, np.sqrt(error2)
 
     def scattered(self, receivers):
-        """Generator with a sign of life a bundle; returns factor (n, k, 3) as `at` does, each receiver's share told by a
-        few of many points of a source, others for each: right in the mean of several, not of each."""
+        """Generator with a sign of life a bundle; returns factor (n, k, 3) as `at` does, each receiver's share told by
+        a few of many points of a source, others for each: right in the mean of several, not of each."""
         factor = np.zeros((len(receivers), len(self.sources), 3), np.float32)
         for k, source in enumerate(self.sources):
             whole = yield from self._unoccluded(source, receivers)

@@ -22,7 +22,6 @@ MOST, PAIRS = 1 << 18, 1 << 20  # hits, and pairs of them and sources, that are 
 KEPT = 2  # times as many are kept meanwhile
 # of each time that rays go on, at first in a quarter as many directions as they came in, then in half as many as
 # before, spread over the hits: steps from one hit to the next, unlike those in which directions turn about their axis
-WAYS = 128  # at most
 TURNS = np.sqrt([2, 3, 7, 11, 13]) % 1
 
 
@@ -109,7 +108,7 @@ class NearHits:
         if not self.found:
             return out
         state, hits = self.state, self._nearest()
-        again, ways = self.again, min(self.again * self.bundles // self.every // 2, WAYS)
+        again, ways = self.again, self.again * self.bundles // self.every // 2
         for turn in TURNS:
             if not len(hits):
                 break
