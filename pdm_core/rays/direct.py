@@ -18,7 +18,7 @@ READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and a
 # the same where only differences count, which the same points tell alike: 1 / 64 of a lamp in the tenth of a floor that
 # sees part of it is .1 % of its light
 ROUGHLY = 16, 64
-SCATTERED = 4, 64  # points of a source for each of many receivers in turn, of so many in all
+SCATTERED = 2, 64  # points of a source for each of many receivers in turn, of so many in all
 GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together

@@ -14,6 +14,7 @@ from .placed import Placed
 from .rows import bundle, directions, light_of
 
 UNEVEN = 2.5  # of the target and the mean light: root mean square within a cell from which on it is uneven
+MOST_UNEVEN = 0.25  # of the mean light, from which on all rays go on
 REACH = 4.0, 0.5  # sizes of a cell within which a hit is near, where it is uneven and where it is lit by such
 SHOWN = 0.1  # of all that a cell sees: uneven ones from which on it is lit by such
 # directions of a receiver whose hits are looked at: of fewer several rays go on from each, of more only some are taken
@@ -65,8 +66,9 @@ class NearHits:
         self.state, self.receivers, nodes = state, receivers, state.nodes
         # shadows may end between the places that tell how uneven a cell is: then it differs from the one beside it
         uneven = np.maximum(state.spread * nodes.reflectance.max(axis=1, initial=0.0), state.bent)
-        least = UNEVEN * state.target * state.level * nodes.reflectance.max(initial=0.0)
-        uneven = uneven > least
+        uneven = uneven / max(state.level * nodes.reflectance.max(initial=0.0), 1e-300)
+        self.ways = np.minimum(uneven / MOST_UNEVEN, 1.0)  # (nodes,) of the rays that go on, as many as are worth it
+        uneven = uneven > UNEVEN * state.target
         shown = state.rows.times(uneven[:, None].astype(float))[:, 0] > SHOWN if uneven.any() else uneven
         self.reach = np.select([uneven, shown], REACH) * np.sqrt(nodes.weight)
         self.most = min(MOST, PAIRS // max(len(state.sources), 1))
@@ -116,10 +118,13 @@ class NearHits:
             there = self._places(hits)
             more = (yield from self._direct(there)) - hits.of(state.received)
             np.add.at(out, hits.who, hits.weight * more)
-            index = np.repeat(np.arange(len(hits)), again)
-            hits, there = hits.take(index), there.take(index)
-            hits.weight /= again
-            hits.number = again * hits.number + np.arange(len(hits)) % again
+            # where more is at stake, the more rays go on
+            each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1).astype(int)
+            index = np.repeat(np.arange(len(hits)), each)
+            turn_of = np.arange(len(index)) - np.repeat(np.cumsum(each) - each, each)
+            hits, there, each = hits.take(index), there.take(index), each[index]
+            hits.weight /= each[:, None]
+            hits.number = again * hits.number + turn_of * again // each
             again, ways = 1, max(ways // 2, 1)
             more, onward = yield from self._onward(hits, there, turn, directions(ways))
             np.add.at(out, hits.who, hits.weight * more)

@@ -386,7 +386,7 @@ def test_it_may_be_left_at_any_step():
     for count in (1, 2, 5, 20, 80):
         steps = ray_steps(scene, 0.04, None, "")
         for _ in range(count):
-            next(steps)
+            next(steps, None)
         steps.close()
 
 
