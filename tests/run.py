@@ -71,6 +71,7 @@ def test():
     with ThreadPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
         for counts in pool.map(lambda name: run_alone(name, package), suites):
             add(totals, counts)
+    print_failures(suites)
     print("\n{passed} passed, {failed} failed, {skipped} skipped".format(**totals))
     return 1 if totals["failed"] or not totals["passed"] else 0
 
@@ -278,6 +279,16 @@ def read_counts(path):
     )
     failed = failures + errors
     return {"passed": tests - failed - skipped, "failed": failed, "skipped": skipped}
+
+
+def print_failures(suites):
+    """What failed and why, once more, where the end of a long log is all that one sees."""
+    for name in suites:
+        path = BUILD / f"test-{name}.xml"
+        for case in ElementTree.parse(path).iter("testcase") if path.is_file() else ():
+            for problem in (*case.iter("failure"), *case.iter("error")):
+                said = " ".join(problem.get("message", "").split())[:300]
+                print(f"\nFAILED {name}: {case.get('classname')}::{case.get('name')}: {said}", flush=True)
 
 
 def say_missing(what, version):

@@ -8,13 +8,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = [*(ROOT / "ui").glob("*.py"), *(ROOT / "operators").glob("*.py"), ROOT / "operators" / "baking" / "bake.py"]
-SAID_BY = {
-    "stage": 1,
-    "say": 1,
-    "many": 3,
-    "poll_message_set": 1,
-    "Stage": 1,
-}  # functions, and how many first words are said
+# functions, and how many first words are said
+SAID_BY = {"stage": 1, "say": 1, "many": 3, "poll_message_set": 1, "Stage": 1}
 NEVER_SHOWN = {
     "last_report",
     "last_scan",
