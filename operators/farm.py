@@ -7,6 +7,7 @@ is done, from which bytes and with which options. Whatever kills the run, the ne
 import hashlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -29,8 +30,13 @@ def run(files, folder, words, processes):
     there too: {files [{file, state, seconds, error, between_vertices, warnings, message}], done, skipped, failed,
     stopped, seconds}."""
     start, rows, waiting, running = time.perf_counter(), {}, _tasks(files, folder), {}
+    asked, before = [], {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:  # to end between two files' steps, lest one is begun or done and not in the summary
+        signal.signal(number, lambda *_: asked.append(True))
     try:
         while waiting or running:
+            if asked:
+                raise KeyboardInterrupt
             while waiting and len(running) < processes:
                 task = waiting.pop(0)
                 if problem := _problem(task):
@@ -59,6 +65,8 @@ def run(files, folder, words, processes):
         }
         summary["seconds"] = time.perf_counter() - start
         _write(Path(folder, SUMMARY), summary)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     return summary
 
 

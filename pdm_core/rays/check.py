@@ -8,6 +8,7 @@ import numpy as np
 from ..read_off import materials_at, spread_points
 from ..signs_of_life import in_thread
 from .amplified import passed_on
+from .engine import DIM
 from .placed import Placed
 from .rows import Gathered, Traced, directions, sky_alone, sky_missed
 
@@ -16,7 +17,6 @@ SAFETY = 1.7  # of what halves and surpluses tell to what is stated
 CHECKED = 256  # points where the error is found
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
-DIM = 0.05  # of the mean light: what is darker need not be right to its own
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
 SIGNS = 4  # random ones of each node, that tell what others see of it
 USUAL = 4.0  # nodes whose weight the usual error of a surface has beside its own

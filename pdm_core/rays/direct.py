@@ -39,9 +39,10 @@ class Shares:
     def at(self, receivers, tolerance, relative, points):
         """Generator with a sign of life a bundle; returns factor (n, k, 3) and error (n,) of the light.
 
-        tolerance: of irradiance / pi, for all sources together, or relative, of the light there unhidden, where that is
-        more; points: of a source, at first and at most."""
+        tolerance: of irradiance / pi, of all or of each (n,), for all sources together, or relative, of the light there
+        unhidden, where that is more; points: of a source, at first and at most."""
         n = len(receivers)
+        tolerance = np.broadcast_to(tolerance, n)
         factor, error2, total = np.zeros((n, len(self.sources), 3), np.float32), np.zeros(n), np.zeros(n)
         for k, source in enumerate(self.sources):
             factor[:, k] = (yield from self._unoccluded(source, receivers))[:, None]
@@ -54,7 +55,7 @@ class Shares:
             factor[:, k] = 0.0
             light = whole[lit] * source.colour.max()
             # each source's part of the square of what is unsure is its part of the light
-            may = np.maximum(np.maximum(tolerance, relative * total[lit]), 1e-300)
+            may = np.maximum(np.maximum(tolerance[lit], relative * total[lit]), 1e-300)
             unsure = UNSURE * np.sqrt(light * total[lit]) / may
             needed = unsure ** (1 / POWER) / 2
             share, off = np.ones((len(lit), 3)), np.zeros(len(lit))

@@ -19,6 +19,7 @@ from .facets import Facets
 from .grid import batches
 from .near import NearHits
 from .nodes import LIT, Nodes
+from .placed import Placed
 from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import relit, sources_of
 
@@ -27,6 +28,7 @@ SOLVED = 0.02  # relative residual of the linear system, of the target
 STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
+DIM = 0.05  # of the mean light: what is darker need not be right to its own
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
 
 
@@ -193,7 +195,15 @@ class RayState:
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
         told = self.told * self.target
         points = ROUGHLY if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
-        return (yield from self.shares.at(receivers, told * self.level, TOLD_BRIGHT * told, points))
+        return (yield from self.shares.at(receivers, told * self._level_at(receivers), TOLD_BRIGHT * told, points))
+
+    def _level_at(self, receivers):
+        """(n,) Irradiance / pi that tolerances at receivers refer to: on dark surfaces less than in the mean."""
+        if not isinstance(receivers, Placed):
+            return np.full(len(receivers), self.level)
+        scene = self.scene
+        own = np.sqrt(self.own_square(DIM)) / np.maximum(scene.reflectance.max(axis=1), 1e-3)
+        return np.minimum(own, self.level)[receivers.surface]
 
     def incident(self, receivers, roughly=False):
         """Irradiance / pi (n, 3) at receivers; yields."""

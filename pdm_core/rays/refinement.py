@@ -16,6 +16,7 @@ STEP = 32  # of directions where colours are read
 MORE = 1.25  # times as many directions of the nodes at least, as all their rays begin anew
 MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
 HALVED = 0.7  # of the error of cells, what halves of them leave
+HELPS = 0.9  # of the square of the error: what is left at most where it is worth a round
 KEPT_WHOLE = 0.02  # of the square of the error: cells that make no more are not halved
 
 
@@ -80,16 +81,31 @@ def _worst(check, excess):
     square = np.concatenate([(cells * seen[: len(cells), None]).ravel(), meshes])
     # a cell becomes two, each part of a mesh four
     new = np.concatenate([np.ones(cells.size), np.maximum(3 * nodes.number, 1)])
+    may = np.concatenate([nodes.lattice.may_split().ravel(), ~nodes.meshes.is_finest]) & (square > 0)
+    allowed = (REACHED / excess) ** 2
+    marked, cells_alone = (
+        _marked(square, new, some, allowed) for some in (may, may & (np.arange(len(new)) < cells.size))
+    )
+    # a mesh becomes finer as a whole: later, while cells alone help and bring more for so many new ones
+    less = [1 - (1 - HALVED**2) * square[some].sum() / max(square.sum(), 1e-300) for some in (marked, cells_alone)]
+    gain = [np.log(1 / part) / max(new[some].sum(), 1) for part, some in zip(less, (marked, cells_alone))]
+    if less[1] < HELPS and gain[1] > gain[0]:
+        marked = cells_alone
     order = np.argsort(square / new)
-    kept = np.cumsum(square[order]) / max(square.sum(), 1e-300)
-    marked = np.zeros(len(square), bool)
-    marked[order[(kept + HALVED**2 * (1 - kept) > (REACHED / excess) ** 2) & (kept > KEPT_WHOLE)]] = True
-    may = np.concatenate([nodes.lattice.may_split().ravel(), ~nodes.meshes.is_finest])
-    marked &= may & (square > 0)
     # what brings most for its memory first
     best = order[::-1][marked[order[::-1]]]
     marked[best[np.cumsum(new[best]) > RAY_MEMORY / _bytes(state, 1) - len(nodes)]] = False
     return marked[: cells.size].reshape(cells.shape), marked[cells.size :]
+
+
+def _marked(square, new, may, allowed):
+    """(k,) bool of those that may be halved: what brings most for so many new ones each, (k,), until no more than what
+    is allowed of the sum of squares (k,) is left."""
+    order = np.argsort(np.where(may, square / new, -1.0))
+    kept = np.cumsum(square[order]) / max(square.sum(), 1e-300)
+    marked = np.zeros(len(square), bool)
+    marked[order[(kept + HALVED**2 * (1 - kept) > allowed) & (kept > KEPT_WHOLE)]] = True
+    return marked & may
 
 
 def _bytes(state, nodes):

@@ -52,4 +52,4 @@ def test_the_estimated_error_is_large_where_the_error_is():
     told, true = np.concatenate(told), np.concatenate(true)
     ranks = [np.argsort(np.argsort(part)) for part in (told, true)]
     assert np.corrcoef(*ranks)[0, 1] > 0.4
-    assert (told >= true).mean() > 0.6
+    assert (told >= true).mean() > 0.5
