@@ -14,7 +14,8 @@ from .rows import Gathered, Traced, directions, sky_alone, sky_missed
 
 HALF = 0.62  # error of all rays, of what half of them differ from all: every second one is spread less evenly
 SAFETY = 1.7  # of what halves and surpluses tell to what is stated
-CHECKED = 256  # points where the error is found
+CHECKED = 256, 1024  # points where the error is found: at least, and at most, where they are of few rays
+CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
@@ -29,7 +30,7 @@ class Check:
 
     def __init__(self, state):
         self.state, self.error, self.parts = state, float("inf"), {}
-        self.looked = self.looked_rays = None
+        self.looked = self.looked_rays = self.checked = None
 
     def under(self, state):
         """The check of the same nodes and rays under other light."""
@@ -77,8 +78,10 @@ class Check:
     def _look(self):
         """Direct light and rays at random points, as where colours are read, anew where that gets finer; yields."""
         state = self.state
-        if self.looked is None:
-            surface, points, weight = check_points(state.scene, state.reflects, CHECKED)
+        count = int(np.clip(CHECKED_RAYS // state.read, *CHECKED))
+        if self.looked is None or self.checked != count:
+            self.looked_rays, self.checked = None, count
+            surface, points, weight = check_points(state.scene, state.reflects, count)
             self.places = Placed(state.facets, surface, points)
             off = (yield from state.lit(self.places))[1]
             sky = None if state.scene.sky is None else sky_alone(state.scene, self.places.normals)
