@@ -5,7 +5,7 @@ The mean over a scene tells nothing of a room within it, so it is worked out nod
 
 import numpy as np
 
-BOUNCES = 4  # followed one by one; from then on each node's light falls as in the last
+BOUNCES = 4  # followed one by one; from then on each node's light falls as in the last two
 CLOSEST = 1e-7  # to 1 that it falls by: single precision
 
 
@@ -13,13 +13,13 @@ def amplification(times, rho):
     """(n,) What an even error of 1 at all nodes comes to at each, over all bounces: times(value (n, c)) the rows over
     the nodes, rho (n, 3)."""
     rho = rho.max(axis=1, keepdims=True)
-    term = np.ones_like(rho)
-    total = term.copy()
+    terms = [np.ones_like(rho)]
     for _ in range(BOUNCES):
-        before, term = term, times(rho * term)
-        total += term
-    falls = np.minimum(np.divide(term, before, out=np.zeros_like(term), where=before > 0), 1 - CLOSEST)
-    return (total + term * falls / (1 - falls))[:, 0]
+        terms.append(times(rho * terms[-1]))
+    # over two bounces: between a white face and a grey one light falls by one and the other in turns
+    falls = np.sqrt(np.divide(terms[-1], terms[-3], out=np.zeros_like(rho), where=terms[-3] > 0))
+    falls = np.minimum(falls, 1 - CLOSEST)
+    return (sum(terms) + terms[-1] * falls / (1 - falls))[:, 0]
 
 
 def passed_on(times, rho, error, amplified):
