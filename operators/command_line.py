@@ -3,7 +3,6 @@
 import argparse
 import json
 import os
-import signal
 import sys
 import time
 from contextlib import contextmanager
@@ -25,6 +24,7 @@ from .reporting.convergence_page import text_rows
 from .reporting.render_image import render_image
 from .settings import SETTING_NAMES, BakeProperties
 from .subdivide import BUDGET, WAYS, subdivide_steps, tell_short
+from .told_to_end import told_to_end
 
 DONE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 PNG_END = b"IEND\xaeB`\x82"
@@ -53,24 +53,12 @@ def main(argv):
     if not many and not os.path.isfile(bpy.data.filepath):
         return _fail("no .blend file was loaded; name one that exists before --command", FAILED)
     try:
-        with _interruptible():
+        with told_to_end():
             return options.work(options) or DONE
     except KeyboardInterrupt:
         return _fail("stopped; run it again for the rest" if many else "stopped, nothing was written", INTERRUPTED)
     except (BakeError, SceneError, OSError, RuntimeError) as error:
         return _fail(error, FAILED)
-
-
-@contextmanager
-def _interruptible():
-    """Ctrl-C, and being told to end, raise KeyboardInterrupt: Blender's own handler waits for an event loop that does
-    not run here."""
-    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
 
 
 @contextmanager

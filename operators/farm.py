@@ -7,7 +7,6 @@ is done, from which bytes and with which options. Whatever kills the run, the ne
 import hashlib
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -17,6 +16,7 @@ from pathlib import Path
 import bpy
 
 from .baking.report import counted, percent, version
+from .told_to_end import told_to_end
 
 Task = namedtuple("Task", "source blend report log")
 STATES = DONE, SKIPPED, FAILED, STOPPED = "done", "skipped", "failed", "stopped"
@@ -29,10 +29,14 @@ def run(files, folder, words, processes):
     """Bakes every file into `folder`; `words`: the other options of `pdm bake`. Returns the summary, which is written
     there too: {files [{file, state, seconds, error, between_vertices, warnings, message}], done, skipped, failed,
     stopped, seconds}."""
-    start, rows, waiting, running = time.perf_counter(), {}, _tasks(files, folder), {}
-    asked, before = [], {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    for number in before:  # to end between two files' steps, lest one is begun or done and not in the summary
-        signal.signal(number, lambda *_: asked.append(True))
+    asked = []
+    # to end between two files' steps, lest one is begun or done and not in the summary
+    with told_to_end(lambda *_: asked.append(True)):
+        return _run(_tasks(files, folder), folder, words, processes, asked)
+
+
+def _run(waiting, folder, words, processes, asked):
+    start, rows, running = time.perf_counter(), {}, {}
     try:
         while waiting or running:
             if asked:
@@ -65,8 +69,6 @@ def run(files, folder, words, processes):
         }
         summary["seconds"] = time.perf_counter() - start
         _write(Path(folder, SUMMARY), summary)
-        for number, handler in before.items():
-            signal.signal(number, handler)
     return summary
 
 

@@ -6,9 +6,9 @@ By rays along fixed directions, the same for all points: free of noise to the ey
 import numpy as np
 
 from .rays.facets import Facets
+from .rays.near import places_of
 from .rays.placed import Placed
 from .rays.rows import MISS, Traced, directions
-from .shapes.sphere import Sphere
 
 DIRECTIONS = 256  # of the half sphere, each with its opposite: shares are off by about .01
 
@@ -37,13 +37,8 @@ def _told(steps, done):
 
 def _depth(facets, traced, receivers):
     """(n,) m from the receivers to what they meet along the one direction traced, inf where nothing."""
-    code, at = traced.code[:, 0], traced.at[:, 0].astype(float)
+    code, at = traced.code[:, 0], traced.at[:, 0]
     place = np.full((len(code), 3), np.inf)
     hit = np.flatnonzero(code != MISS)
-    k = code[hit] >> 1
-    flat = k < facets.count
-    f, r = k[flat], hit[flat]
-    place[r] = facets.origin[f] + at[r, :1] * facets.u[f] + at[r, 1:] * facets.v[f]
-    b, r = k[~flat] - facets.count, hit[~flat]
-    place[r] = facets.ball_centre[b] + np.einsum("nij,nj->ni", facets.ball_linear[b], Sphere.from_chart(at[r]))
+    place[hit] = places_of(facets, code[hit] >> 1, at[hit])
     return np.linalg.norm(place - receivers.points, axis=1)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..shapes.shape import unit
 from .direct import AT_NODES, Shares
-from .placed import Placed
+from .placed import at_hits
 from .sources import Emitter, Source
 
 FEW = 512  # places of nodes: a lamp that lights fewer is worked out along its own rays; they tell it to some 2 %
@@ -51,8 +51,7 @@ class AimedPoints:
         facets = state.facets
         self.surface = facets.surface[self.facet, np.where(self.front, 0, 1)]
         self._keep((self.surface >= 0) & state.nodes.sends[self.surface])
-        triangle = self.facet - facets.first[facets.shape[self.facet]]
-        receivers = Placed(facets, self.surface, self.place + facets.centre, triangle=triangle)
+        receivers = at_hits(facets, self.facet, self.front, self.place)
         one = Shares(facets, [state.sources[k]], state.counts)
         found = yield from one.at(receivers, state.target * state.scale(), state.target, AT_NODES)
         self.factor = found[0][:, 0, 0].astype(float)

@@ -30,7 +30,7 @@ class Check:
 
     def __init__(self, state):
         self.state, self.error, self.parts = state, float("inf"), {}
-        self.looked = self.looked_rays = self.checked = None
+        self.looked = self.looked_rays = None
 
     def under(self, state):
         """The check of the same nodes and rays under other light."""
@@ -79,14 +79,13 @@ class Check:
         """Direct light and rays at random points, as where colours are read, anew where that gets finer; yields."""
         state = self.state
         count = int(np.clip(CHECKED_RAYS // state.read, *CHECKED))
-        if self.looked is None or self.checked != count:
-            self.looked_rays, self.checked = None, count
+        if self.looked is None or len(self.looked[0]) != count:
             surface, points, weight = check_points(state.scene, state.reflects, count)
             self.places = Placed(state.facets, surface, points)
             off = (yield from state.lit(self.places))[1]
             sky = None if state.scene.sky is None else sky_alone(state.scene, self.places.normals)
             self.looked = weight, materials_at(state.scene, surface, points)[0], off, sky
-        if self.looked_rays is None or len(self.looked_rays.directions) != state.read:
+        if self.looked_rays is None or self.looked_rays.code.shape != (count, state.read):
             self.looked_rays, places = Traced(len(self.places), directions(state.read)), self.places
             yield from self.looked_rays.trace(state.facets, lambda rows, _: places.take(rows), np.arange(len(places)))
 
@@ -116,7 +115,7 @@ class Check:
         """(n,) What an error of each node, of an m^2, comes to at all others, in squares of their own light: those near
         by see it in full, those far off as one of many. A few random signs tell sums of squares."""
         state, nodes = self.state, self.state.nodes
-        scale = np.maximum(state.own_square(DIM), 1e-300)[nodes.surface]
+        scale = state.own_square(DIM)[nodes.surface]
         counts = nodes.reflectance.mean(axis=1) * np.sqrt(nodes.weight / scale)
         signs = np.random.default_rng(1).choice([-1.0, 1.0], (len(nodes), SIGNS))
         return (state.rows.back(counts[:, None] * signs) ** 2).mean(axis=1) / np.maximum(nodes.weight, 1e-300)
@@ -126,7 +125,7 @@ class Check:
         where that is more, of each surface's own: what lies in the dark is to be right too, as a room is whose outer
         walls stand in the sun, but a dark place that all but no light comes to is not to rule all."""
         whole = np.sqrt((weight * square).sum()) / max(self.state.norm, 1e-300)
-        each = square / np.maximum(self.state.own_square(dim)[surface], 1e-300)
+        each = square / self.state.own_square(dim)[surface]
         return float(max(whole, np.sqrt((weight * each).sum() / max(weight.sum(), 1e-300))))
 
     def _each(self, told):

@@ -51,7 +51,7 @@ class Shares:
             if not source.shadows:
                 continue
             whole = factor[:, k, 0].astype(float)
-            lit = np.flatnonzero(whole > UNSEEN * max(whole.max(initial=0.0), 1e-300))
+            lit = _lit(whole)
             factor[:, k] = 0.0
             light = whole[lit] * source.colour.max()
             # each source's part of the square of what is unsure is its part of the light
@@ -81,7 +81,7 @@ class Shares:
         for k, source in enumerate(self.sources):
             whole = yield from self._unoccluded(source, receivers)
             factor[:, k] = whole[:, None]
-            lit = np.flatnonzero(whole > UNSEEN * max(whole.max(initial=0.0), 1e-300))
+            lit = _lit(whole)
             if source.shadows and len(lit):
                 share = yield from self._scattered_share(source, receivers.take(lit))
                 factor[lit, k] *= share
@@ -132,8 +132,7 @@ class Shares:
             value *= weight[some, None]
             point, who = np.nonzero(value)
             got = np.zeros_like(value)
-            visible = self._visible(source, place[some], receivers if len(who) == n else receivers.take(who), point)
-            got[point, who] = value[point, who] * visible
+            got[point, who] = value[point, who] * self._visible(source, place[some], receivers.take(who), point)
             self.counts["shadow rays"] += len(who)
             seen += got.sum(axis=0)[:, None] if tint is None else got.T @ tint[some]
             for h in range(2):
@@ -192,3 +191,8 @@ class Shares:
             seen = [along(self.facets, one[None], receivers.take(some)).facet == NOTHING for one, some in parts]
             return np.concatenate(seen)
         return seen_from(self.facets, place - self.facets.centre, receivers, which, source.skip)
+
+
+def _lit(whole):
+    """(k,) Which receivers get anything worth mentioning of what a source would give them unhidden (n,)."""
+    return np.flatnonzero(whole > UNSEEN * max(whole.max(initial=0.0), 1e-300))

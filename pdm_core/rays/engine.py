@@ -28,8 +28,8 @@ SOLVED = 0.02  # relative residual of the linear system, of the target
 STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
-DIM = 0.05  # of the mean light: what is darker need not be right to its own
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
+DIM = 0.05  # of the mean light: what is darker need not be right to its own
 
 
 class RayState:
@@ -170,7 +170,7 @@ class RayState:
     def own_square(self, dim):
         """(n surfaces,) The mean square of what each sends on of what it receives, at least that of dim of the mean."""
         each, usual = self.squares
-        return np.maximum(each, dim**2 * usual)
+        return np.maximum(np.maximum(each, dim**2 * usual), 1e-300)
 
     # -- reading -------------------------------------------------------------------------------------------------
 

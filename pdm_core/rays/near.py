@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..shapes.sphere import Sphere
-from .placed import Placed
+from .placed import at_hits
 from .rows import bundle, directions, light_of
 
 UNEVEN = 2.5  # of the target and the mean light: root mean square within a cell from which on it is uneven
@@ -115,7 +115,7 @@ class NearHits:
             if not len(hits):
                 break
             hits.weight *= hits.of(state.nodes.reflectance)
-            there = self._places(hits)
+            there = at_hits(state.facets, hits.facet, hits.front, hits.place)
             more = (yield from self._direct(there)) - hits.of(state.received)
             np.add.at(out, hits.who, hits.weight * more)
             # where more is at stake, the more rays go on
@@ -130,13 +130,6 @@ class NearHits:
             np.add.at(out, hits.who, hits.weight * more)
             hits = onward
         return out
-
-    def _places(self, hits):
-        """Placed at hits."""
-        facets = self.state.facets
-        own = facets.surface[hits.facet, np.where(hits.front, 0, 1)]
-        triangle = hits.facet - facets.first[facets.shape[hits.facet]]
-        return Placed(facets, own, hits.place + facets.centre, triangle=triangle)
 
     def _direct(self, there):
         """Direct light (h, 3); yields."""

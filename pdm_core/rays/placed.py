@@ -50,3 +50,9 @@ class Placed(Receivers):
         """Makes the n-th place that of index[n] (n,)."""
         for name, value in vars(self).items():
             setattr(self, name, value[index])
+
+
+def at_hits(facets, facet, front, place):
+    """Placed at places (h, 3) m about the facets' centre, where rays met facets (h,), front (h,) bool."""
+    surface = facets.surface[facet, np.where(front, 0, 1)]
+    return Placed(facets, surface, place + facets.centre, triangle=facet - facets.first[facets.shape[facet]])

@@ -1,12 +1,16 @@
 """Bundles of rays, along one direction or many side by side, against every shape tried for every ray."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
 from pdm_core import Plane, Scene, Sphere, Surface
 from pdm_core.rays.bundles import NOTHING, Receivers, along
+from pdm_core.rays.direct import Shares
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.perspective import seen_from
+from pdm_core.signs_of_life import finish
 
 
 def heap(rng, planes, balls):
@@ -84,3 +88,34 @@ def test_what_stands_between_hides(planes, balls, count):
     # what is met from either end alone may lie beyond the other
     between = (hit >= 0) & (hit == back) & (hit < planes)
     assert not seen[between].any() and between.any() == (planes > 0)
+
+
+class TwoPoints:
+    """A source of two points that look up, either side of a wall."""
+
+    distant = is_surface = is_spot = False
+    shadows, pattern, skip, colour = True, None, -1, np.ones(3)
+
+    def samples(self, count):
+        return np.array([[-1.0, 0, 0], [1, 0, 0]]), np.tile([0.0, 0, 1], (2, 1)), np.ones(2)
+
+    def tint(self, places):
+        return None
+
+    def unoccluded(self, points, normals):
+        return np.ones(len(points))
+
+    def against(self, points, normals):
+        return np.zeros(len(points), bool)
+
+
+def test_receivers_are_not_taken_for_others_where_as_many_rays_as_receivers_are_left():
+    """Of two receivers one faces both points, the other neither: two rays, both of the first."""
+    wall = Plane((0, -5, -5), (0, 10, 0), (0, 0, 10))
+    facets = Facets(Scene([Surface(wall, 0.5, side=side) for side in ("front", "back")]))
+    points, normals = np.array([[-1.0, 0, 1], [2, 0, 1]]), np.array([[0.0, 0, -1], [0, 0, 1]])
+    about = Receivers(points - facets.centre, normals, np.full(2, -1), np.full(2, 1e-9), np.zeros(2, bool))
+    shares = Shares(facets, [TwoPoints()], Counter())
+    share, _, _ = finish(shares._share(shares.sources[0], about, 2, np.ones(2)))
+    near, far = 1.0, 1 / 5**2  # cosines over square distance
+    np.testing.assert_allclose(share[0], near / (near + far))

@@ -18,6 +18,7 @@ from pdm_core import (
     Surface,
     solve,
 )
+from pdm_core.rays.rows import Traced
 from pdm_core.rays.solution import ray_steps
 from pdm_core.signs_of_life import finish
 
@@ -417,3 +418,13 @@ def test_a_small_bright_part_of_a_sky_that_all_rays_miss_is_in_the_error():
     known = 0.1 + 1000 * np.sin(0.03) ** 2
     found = solution.incident(0, np.array([[1.0, 1.0, 0.0]]))[0, 0]
     assert abs(found / known - 1) <= 2 * solution.error and (solution.error < 0.05 or solution.warnings)
+
+
+def test_relight_sends_no_rays(monkeypatch):
+    """The rays of the points where the error is looked for are those of before."""
+    scene = Scene([*ROOM, LAMP])
+    solution = by_rays(scene)
+    brighter = [replace(s, emission=tuple(3 * np.asarray(s.emission))) for s in scene.surfaces]
+    monkeypatch.setattr(Traced, "trace", lambda *_: pytest.fail("rays were traced again"))
+    relit = solution.relight(Scene(brighter))
+    assert relit.norm == pytest.approx(3 * solution.norm, rel=1e-6)
