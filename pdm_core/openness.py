@@ -8,7 +8,7 @@ import numpy as np
 from .rays.facets import Facets
 from .rays.near import places_of
 from .rays.placed import Placed
-from .rays.rows import MISS, Traced, directions
+from .rays.rows import DARK, Traced, directions
 
 DIRECTIONS = 256  # of the half sphere, each with its opposite: shares are off by about .01
 
@@ -39,6 +39,7 @@ def _depth(facets, traced, receivers):
     """(n,) m from the receivers to what they meet along the one direction traced, inf where nothing."""
     code, at = traced.code[:, 0], traced.at[:, 0]
     place = np.full((len(code), 3), np.inf)
-    hit = np.flatnonzero(code != MISS)
+    place[code == DARK] = receivers.points[code == DARK]  # it lies against them
+    hit = np.flatnonzero(code >= 0)
     place[hit] = places_of(facets, code[hit] >> 1, at[hit])
     return np.linalg.norm(place - receivers.points, axis=1)

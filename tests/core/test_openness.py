@@ -37,3 +37,11 @@ def test_of_a_closed_room_only_what_is_near_counts():
     assert not found[:, 0].any()
     assert found[0, 2] == 1 and 0.4 < found[1, 2] < 0.7  # a wall at hand
     assert (np.diff(found, axis=1) >= 0).all() and (found[:, 3] == 1).all()
+
+
+def test_what_lies_under_a_thing_is_not_open():
+    """However near one looks: rays that what lies against a point swallows went to any face of the scene."""
+    lid = Plane((0, 0, 0), (0, 1, 0), (1, 0, 0))  # looks down, in the floor's plane
+    far = Plane((0, 0, -9), (1, 0, 0), (0, 1, 0))
+    found = openness(Scene([Surface(s) for s in (FLOOR, lid, far)]), [(0.5, 0.5, 0), (3, 3, 0)], 0.1, 1.0, np.inf)
+    np.testing.assert_array_equal(found, [[0, 0, 0], [1, 1, 1]])
