@@ -2,7 +2,6 @@
 
 import os
 import platform
-import sys
 import time
 from dataclasses import asdict, dataclass
 
@@ -24,6 +23,7 @@ from ..baking.report import plain, version
 from ..reading.read_scene import read_steps
 from .convergence_page import CYCLES, EXACT, PUBLISHED
 from .cycles_beside import cycles_steps
+from .peak_memory import count_anew, peak_megabytes
 
 LADDER = (0.16, 0.08, 0.04, 0.02, 0.01, 0.005, 0.0025, 0.00125)
 PATCHES = ((1, 3), (2, 3), (3, 5), (6, 5), (12, 5))  # divisions and points of the published method
@@ -135,6 +135,7 @@ def _ladder(scene, places, keep, stop):
             why = "stopped" if stop() else "the time limit"
             keep.said.append(f"targets from {100 * target:g} % on are left out: {why}")
             break
+        count_anew()
         cpu, wall = time.process_time(), time.perf_counter()
         steps = solve_steps(scene, target, max(keep.left(share), 1e-3))
         try:
@@ -201,6 +202,7 @@ def _published(scene, places, keep, stop):
             if divisions == PATCHES[0][0] and not stop():
                 keep.said.append(f"the published method is left out: {len(scene):,} surfaces are too many for it")
             break
+        count_anew()
         cpu, wall = time.process_time(), time.perf_counter()
         what = f"{divisions} x {divisions} patches, {points} points"
         steps = patch_radiosity_steps(scene, divisions, points)
@@ -238,16 +240,6 @@ def _positions(places, sizes):
     return np.array([start[name] for name in places.names.tolist()]) + places.vertex
 
 
-def peak_megabytes():
-    """Of the process so far, in MB; None where the system does not tell."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
-    unit = 1 if sys.platform == "darwin" else 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
-
-
 def result_steps(context, reading, places, keep, reference, plan):
     """Generator of Stages; returns a dict of JSON's own types.
 
@@ -256,7 +248,7 @@ def result_steps(context, reading, places, keep, reference, plan):
     floor: the reference's own stated error, below which differences mean nothing
     runs [{method, setting, reference: whether it is that, stated, measured {vertices, surfaces {l2, p95, worst}},
         noise, seconds, cpu_seconds, peak_megabytes, nodes, and by links: links, visibility_done, visibility_left_out,
-        by rays: rays, shadow_rays}]
+        by rays: rays, shadow_rays}]; peak_megabytes: of the process during this run, None where the system cannot tell
     saved [{what, seconds, without, target}]: what the scene does not need, done all the same
     foretold {target: seconds}; objects [{name, label, error}]; worst, map: see _where
     """

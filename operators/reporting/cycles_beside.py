@@ -20,7 +20,8 @@ SCRIPT = Path(__file__).with_name("cycles_script.py")
 
 
 def cycles_steps(context, reading, targets, seconds):
-    """Generator of texts; returns runs [{setting, noise, seconds, cpu_seconds, values {name: (pairs, 3)}, sizes}].
+    """Generator of texts; returns runs [{setting, noise, seconds, cpu_seconds, peak_megabytes, values {name:
+    (pairs, 3)}, sizes}].
 
     values: radiance at each (vertex, surface) pair, as bake_points orders them; noise: relative L2, from two seeds.
     Ends after so many seconds with what is done. BakeError where nothing is.
@@ -66,7 +67,7 @@ def _done(folder):
 def _run(folder, count, reading, targets):
     scene, sizes, values, noise, total = reading.scene, {}, {}, 0.0, 0.0
     with np.load(_path(folder, count)) as data:
-        wall, cpu = data["seconds"].tolist()
+        (wall, cpu), peak = data["seconds"].tolist(), data["peak"]
         for k, target in enumerate(targets):
             pairs = bake_points(*corners_of(target), "CORNER")
             rho, emission = materials_at(scene, pairs.surfaces, pairs.points)
@@ -75,7 +76,8 @@ def _run(folder, count, reading, targets):
             values[target.name], sizes[target.name] = emission + one, len(one)
     return {
         "setting": f"{count} samples", "noise": float(np.sqrt(noise / max(total, 1e-300))), "seconds": wall,
-        "cpu_seconds": cpu, "peak_megabytes": None, "nodes": None, "values": values, "sizes": sizes,
+        "cpu_seconds": cpu, "peak_megabytes": float(peak) if np.isfinite(peak) else None, "nodes": None,
+        "values": values, "sizes": sizes,
     }  # fmt: skip
 
 

@@ -3,7 +3,8 @@
     blender -b COPY.blend --python cycles_script.py -- FOLDER SAMPLES NAME ...
     python cycles_script.py -- FOLDER SAMPLES NAME ...        (the bpy wheel; COPY.blend lies in FOLDER)
 
-Writes FOLDER/<samples>.npz when a step is done: corners' irradiance / pi of each object and seed, CPU and wall seconds.
+Writes FOLDER/<samples>.npz when a step is done: corners' irradiance / pi of each object and seed, wall and CPU
+seconds, peak: MB, NaN where the system cannot tell.
 """
 
 import os
@@ -12,6 +13,10 @@ import time
 
 import bpy
 import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # the extension is not installed where this runs
+
+from peak_memory import count_anew, peak_megabytes  # noqa: E402
 
 ATTRIBUTE = "PDM Cycles"
 BOUNCES = 1024
@@ -63,10 +68,11 @@ def main(folder, samples, *names):
     set_up(names)
     bake(names, 1, 0)  # the first one builds kernels and the scene
     for count in (int(n) for n in samples.split(",")):
+        count_anew()
         (one, cpu, wall), (other, again, rewall) = bake(names, count, 1), bake(names, count, 2)
         arrays = {f"{seed}:{k}": v[name] for k, name in enumerate(names) for seed, v in ((1, one), (2, other))}
-        path = os.path.join(folder, f"{count}.npz")
-        np.savez(f"{path}.part.npz", seconds=[(wall + rewall) / 2, (cpu + again) / 2], **arrays)
+        path, peak = os.path.join(folder, f"{count}.npz"), peak_megabytes() or np.nan
+        np.savez(f"{path}.part.npz", seconds=[(wall + rewall) / 2, (cpu + again) / 2], peak=peak, **arrays)
         os.replace(f"{path}.part.npz", path)
 
 

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+import sys
 
 import bpy
 import numpy as np
@@ -171,7 +172,21 @@ def test_cycles_agrees_but_for_its_noise_and_facets(addon, cycles_samples):
     noise = [run["noise"] for run in theirs]
     assert noise == sorted(noise, reverse=True)
     assert theirs[-1]["measured"]["vertices"]["l2"] < 0.2
+    assert all((run["peak_megabytes"] is None) == (sys.platform != "linux") for run in result["runs"])
     assert "PDM Cycles" not in bpy.data.objects["Floor"].data.attributes
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no other system counts anew")
+def test_peak_memory_is_of_one_run(addon):
+    module = addon("operators.reporting.peak_memory")
+    held = np.ones(20_000_000)  # 160 MB
+    module.count_anew()
+    before = module.peak_megabytes()
+    more = np.ones(10_000_000)
+    assert 70 < module.peak_megabytes() - before < 120
+    del held, more
+    module.count_anew()
+    assert module.peak_megabytes() < before
 
 
 def test_error_map_is_a_second_attribute(addon):
