@@ -284,3 +284,15 @@ def test_what_is_seen_between_samples_keeps_its_light(gap):
     surfaces = [*walls, *(Surface(carpet, 0.7, 0.3, side=side) for side in ("front", "back"))]
     solution = solve(Scene(surfaces), 0.02)
     assert all(np.abs(r - 1).max() < 1e-4 for r in everywhere(solution))
+
+
+@pytest.mark.parametrize("radius", [0.3, 1.5])
+@pytest.mark.parametrize("target", [0.16, 0.04])
+def test_it_is_dark_where_a_ball_touches_the_floor(radius, target):
+    """Light comes to the point of contact over ever more bounces: none is left, at whatever error of the scene."""
+    surfaces = [
+        Surface(Plane((-5, -5, 0), (10, 0, 0), (0, 10, 0)), 0.85),
+        Surface(Sphere.at((0.3, 0.4, radius), radius), 0.8),
+    ]
+    light = solve(Scene(surfaces, background=1.0), target).incident(0, [(0.3 + 0.05 * radius, 0.4, 0)])
+    assert (light < 0.1).all()
