@@ -43,21 +43,27 @@ def main(output="build/bench/foretold.json", rooms="100"):
     rows = []
     for seed in range(int(rooms)):
         rows.append(run(seed))
+        save(output, {"about": machine(), "summary": summary(rows), "rows": rows})
         told = "  ".join(
             f"{t['target']:.2%}: {t['foretold']:5.1f} s foretold, {t['needed']:5.1f} needed"
             for t in rows[-1]["targets"]
         )
         print(f"{seed:3}  {told}", flush=True)
-    summary = {}
+    print(summary(rows))
+
+
+def summary(rows):
+    """Of foretold over needed seconds, for each target: {target: {...}}."""
+    told = {}
     for k, target in enumerate(TARGETS):
         ratio = np.array([row["targets"][k]["foretold"] / row["targets"][k]["needed"] for row in rows])
-        summary[str(target)] = {
+        told[str(target)] = {
+            "rooms": len(rows),
             "within_factor_2": float(np.mean((ratio < FACTOR) & (ratio > 1 / FACTOR))),
             "median": float(np.median(ratio)),
             "percentiles_10_90": np.percentile(ratio, [10, 90]).tolist(),
         }
-    print(summary)
-    save(output, {"about": machine(), "summary": summary, "rows": rows})
+    return told
 
 
 if __name__ == "__main__":
