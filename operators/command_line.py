@@ -156,6 +156,8 @@ class _Progress:
         self.stage, self.line, self.next = "", "", 0.0
 
     def __call__(self, stage):
+        for text in stage.said:
+            print(f"pdm: warning: {text}", file=sys.stderr, flush=True)
         now = time.perf_counter()
         line = f"pdm: {stage.text} {100 * stage.fraction:3.0f} %, error {percent(stage.error)}"
         if line != self.line and (stage.text != self.stage or now >= self.next):

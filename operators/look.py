@@ -133,6 +133,11 @@ def is_dark(settings):
     return bool(scan and scan["objects"] and (lights := scan.get("shining")) and not (lights["count"] or lights["sky"]))
 
 
+def foreseen(settings):
+    """[sentence] of what would go wrong with a bake."""
+    return (settings.scan() or {}).get("foreseen", [])
+
+
 def is_empty(settings):
     scan = settings.scan()
     return scan is not None and not scan["objects"]

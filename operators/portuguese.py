@@ -65,7 +65,7 @@ WORDS = {
         "{}: violeta nenhum, verde metade, amarelo {} da luz média",
     "Warnings": "Avisos",
     "Notes": "Notas",
-    "Left out": "De fora",
+    "Left out or approximated": "De fora ou aproximado",
     "Plan": "Plano",
     "Own errors": "Erros próprios",
     "Time": "Tempo",

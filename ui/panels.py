@@ -3,6 +3,7 @@
 from bpy.types import Panel, UIList
 
 from ..operators.bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
+from ..operators.baking.left_out import other
 from ..operators.baking.report import duration, percent
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from ..operators.example_room import NAME as EXAMPLE
@@ -10,7 +11,7 @@ from ..operators.example_room import PDM_OT_example_room
 from ..operators.export import PDM_OT_export
 from ..operators.listed import LABELS, instanced
 from ..operators.live_watch import PDM_OT_free_live, PDM_OT_live, status
-from ..operators.look import is_dark, is_empty, panel_shown, summary
+from ..operators.look import foreseen, is_dark, is_empty, panel_shown, summary
 from ..operators.mend import PDM_OT_mend
 from ..operators.modal_steps import CATEGORY, current
 from ..operators.preview_material import PDM_OT_preview_material, any_preview
@@ -22,7 +23,9 @@ from ..operators.words import many, say
 from .previews import picture
 from .wrapped import wrapped
 
+MOST_FORESEEN = 3  # sentences; the report has them all
 MOST_LISTED = 30  # warnings; the JSON report has them all
+KINDS = {"Object": "OBJECT_DATA", "Material": "MATERIAL", "World": "WORLD", "Light": "LIGHT"}
 ICONS = {"SPHERE": "MESH_UVSPHERE", "PLANE": "MESH_PLANE", "PLANES": "MESH_CUBE"}
 DARK = "Nothing shines yet: add a light, give an object a material with Emission, or the world a colour"
 SOLVES = "Solves this scene to ever tighter targets, up to a minute. Nothing is changed."
@@ -62,6 +65,8 @@ def _ready(layout, context, settings):
         wrapped(layout, context, text, icon)
     if is_dark(settings):
         wrapped(layout, context, say(DARK), "LIGHT")
+    for text in foreseen(settings)[:MOST_FORESEEN]:
+        wrapped(layout, context, text, "ERROR")
     layout.row().prop(settings, "preset", text="")
     if settings.preset == "CUSTOM":
         layout.prop(settings, "target_error", text=percent(settings.target_error), translate=False)
@@ -224,9 +229,24 @@ def _report(layout, context):
         top = percent(errors["top"])
         text = say("{}: violet none, green half, yellow {} of the mean light", errors["attribute"], top)
         wrapped(layout, context, text, "COLOR")
-    _list(layout, context, report["warnings"], "Warnings", "ERROR")
-    left_out = [f"{entry['name']} {entry['reason']}" for entry in report["refused"]]
-    _list(layout, context, left_out, "Left out", "CANCEL")
+    _list(layout, context, other(report["warnings"]), "Warnings", "ERROR")
+    _left_out(layout, context, report["left_out"])
+
+
+def _left_out(layout, context, rows):
+    """The report's table: of whom, what, what comes of it, what to do."""
+    if not rows:
+        return
+    layout.label(text=f"{say('Left out or approximated')} ({len(rows)})")
+    for row in rows[:MOST_LISTED]:
+        box = layout.box().column(align=True)
+        wrapped(box, context, f"{row['name']} {row['what']}", KINDS[row["kind"]])
+        if row["effect"]:
+            wrapped(box, context, row["effect"][:1].upper() + row["effect"][1:], "BLANK1")
+        if row["advice"]:
+            wrapped(box, context, row["advice"][:1].upper() + row["advice"][1:], "TOOL_SETTINGS")
+    if len(rows) > MOST_LISTED:
+        layout.label(text=say("and {} more", f"{len(rows) - MOST_LISTED:,}"))
 
 
 def _details(layout, context):

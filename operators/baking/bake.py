@@ -18,12 +18,14 @@ from .between_vertices import between_steps, looks_between
 from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
 from .error_map import error_name, heat_map_steps, names_written
 from .field_at import Field
+from .foreseen import check_colours, foreseen
 from .layer import blended, check_layer
 from .own_meshes import OwnMeshes
 from .passes import OF_LIGHT, in_order, pass_steps
 from .report import bake_report, scan_result
 
-Stage = namedtuple("Stage", "text fraction error")  # error: the current estimated relative error
+# error: the current estimated relative error; said: sentences to be told at once
+Stage = namedtuple("Stage", "text fraction error said", defaults=((),))
 
 LEAST_SECONDS = 1e-3  # of solving, where reading used the time limit up
 
@@ -117,7 +119,12 @@ def _read(context, settings):
             check_target(target.object, name)
     told = check_layer(settings, settings.written, targets)
     check_light(context, reading)
+    if settings.quantity == "RADIANCE":
+        check_colours(reading, targets)
     away = yield from _check_sides(reading, targets)
+    said = yield from mapped(in_thread(foreseen, reading), lambda _: Stage("Reading the scene", 1.0, np.inf))
+    reading.warnings += said
+    yield Stage("Reading the scene", 1.0, np.inf, tuple(said))
     points = []
     for target in targets:
         steps = in_thread(bake_points, *corners_of(target), settings.domain)
@@ -194,7 +201,18 @@ def baked_before(scene):
 def look_at_steps(context):
     """Generator of the fraction done; returns what the sidebar lists before a bake: scan_result with `lights`."""
     reading = yield from read_steps(context, baked=baked_before(context.scene))
-    return {**scan_result(reading), "shining": lights_in(reading)}
+    return {**scan_result(reading), "shining": lights_in(reading), "foreseen": (yield from _foreseen(context, reading))}
+
+
+def _foreseen(context, reading):
+    """[sentence] of what a bake would be stopped for, or said before it; yields."""
+    targets = [each for each in reading.objects if each.bakeable]
+    try:
+        if targets and context.scene.pdm_radiosity.quantity == "RADIANCE":
+            check_colours(reading, targets)
+        return (yield from mapped(in_thread(foreseen, reading), lambda _: 1.0))
+    except BakeError as error:
+        return [str(error)]
 
 
 def look_at_scene(context):

@@ -25,6 +25,11 @@ def left_out(objects, refused, warnings):
     return rows
 
 
+def other(warnings):
+    """Those of a report's warnings that its table does not tell."""
+    return [text for text in warnings if not ABOUT.match(text)]
+
+
 def _row(kind, name, text, effect=""):
     """what: effect; advice"""
     text, _, advice = text.partition("; ")

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...pdm_core.foretell import seconds_to
 from ..reading.read_scene import some
-from .left_out import left_out
+from .left_out import left_out, other
 
 SCHEMA = 1
 MOST_NAMED = 4  # objects in one warning
@@ -89,9 +89,11 @@ def one_line(report):
         f"estimated error {percent(report['error'])}, {report['seconds']['total']:.2f} s; "
         f"between vertices {percent(report['between_vertices'])}"
     )
+    refused = len(report["refused"])
     extra = [
-        (len(report["refused"]), "object refused", "objects refused"),
-        (len(report["warnings"]), "warning", "warnings"),
+        (refused, "object refused", "objects refused"),
+        (len(report["left_out"]) - refused, "thing left out or approximated", "things left out or approximated"),
+        (len(other(report["warnings"])), "warning", "warnings"),
     ]
     return "; ".join([text, *(counted(n, one, many) for n, one, many in extra if n)])
 
@@ -138,6 +140,8 @@ def _object_entry(read, item=None, between=0.0, error=0.0):
 
 def _own_warnings(settings, between, items):
     warnings = []
+    if not any(item.colours[:, :3].any() for item in items):
+        warnings.append("All is black: no light comes to the baked sides; see where lights look and what hides them")
     coarse = between.too_coarse(settings.target_error)
     if len(coarse):
         named = ", ".join(f"{items[k].object_name} {percent(between.parts[k])}" for k in coarse[:MOST_NAMED])

@@ -62,7 +62,7 @@ def _said(name, doubles, doubled, thin):
     texts = []
     if doubled:
         others = ", ".join(repr(other) for other in list(doubles)[:3])
-        texts.append(f"Object {name!r}: {doubled:,} of its faces lie exactly on others ({others}) and show their light")
+        texts.append(f"Object {name!r}: {doubled:,} of its faces lie on others ({others}): they show their light")
     if thin:
-        texts.append(f"Object {name!r}: {thin:,} faces too thin for their distance from the origin are left out")
+        texts.append(f"Object {name!r}: {thin:,} faces are too thin so far from the origin: they are left out")
     return texts

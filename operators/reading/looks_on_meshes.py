@@ -62,8 +62,8 @@ def settle_pictures(looks, is_lit):
     for name, look in looks.items():
         if look.is_picture and is_lit:
             text = (
-                "it shows an image by its own light and is taken for a picture, not a light, since other light is "
-                "there: raise its emission's Strength above 1 to make it one"
+                "it shows an image by its own light, and other light is there: it is taken for a picture, not a light; "
+                "raise its emission's Strength above 1 to make it one"
             )
             dark = (np.zeros(3),) * 2
             looks[name] = replace(look, emission=dark, warnings=[*look.warnings, text], is_picture=False)

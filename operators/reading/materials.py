@@ -82,7 +82,7 @@ def read_material(material, baked=frozenset(), images=None):
         sides[BACK] = _surface(output, Walk(material.node_tree, ON_MESHES, BACK, baked, images))
     for name in ("Volume", "Displacement"):
         if output and _is_fed(walk, output, name):
-            notes.append(f"its {name.lower()} is left out")
+            notes.append(f"it has {name.lower()}: that is left out")
     return _appearance(sides, notes)
 
 
@@ -94,9 +94,9 @@ def _appearance(sides, notes):
     constants = [v.constant for side in sides for v in (side.reflected, side.emitted) if not v.varies]
     high = max((side.reflected.constant.max() for side in sides if not side.reflected.varies), default=0.0)
     if any((array < 0).any() for array in constants):
-        warnings.append("colours below 0 are taken as 0")
+        warnings.append("it has colours below 0: they are taken as 0")
     if high > MAX_REFLECTANCE:
-        warnings.append(f"its reflectance of {high:.4g} is limited to {MAX_REFLECTANCE}")
+        warnings.append(f"it reflects {high:.4g} of the light: that is limited to {MAX_REFLECTANCE}")
     return Appearance(
         tuple(_within(side.reflected, MAX_REFLECTANCE) for side in sides),
         tuple(_within(side.emitted, np.inf) for side in sides),
@@ -126,9 +126,8 @@ def node_emission(data):
     output = data.node_tree.get_output_node("CYCLES")
     walk = Walk(data.node_tree, IN_WORLDS)
     light = _surface(output, walk)
-    notes = (
-        ["its volume is left out"] if output and "Volume" in output.inputs and _is_fed(walk, output, "Volume") else []
-    )
+    has_volume = output and "Volume" in output.inputs and _is_fed(walk, output, "Volume")
+    notes = ["it has a volume: that is left out"] if has_volume else []
     return np.broadcast_to(light.emitted.constant[0], 3), [*light.notes, *notes]
 
 
@@ -150,11 +149,11 @@ def _is_fed(walk, output, name):
 def _surface(output, walk):
     """The Light of the side that is walked for."""
     if output is None or not _is_fed(walk, output, "Surface"):
-        return Light(BLACK.noted("it has no surface shader and is taken as black"))
+        return Light(BLACK.noted("it has no surface shader: it is taken as black; link one to its output"))
     try:
         light = walk.read(walk.source(Socket((), output.inputs["Surface"]))[0])
     except Circle:
-        return Light(BLACK.noted("its nodes are linked in a circle and it is taken as black: remove one of the links"))
+        return Light(BLACK.noted("its nodes are linked in a circle: it is taken as black; remove one of the links"))
     if not isinstance(light, Light):  # a colour linked into a shader's socket shines, as in Cycles
         return Light(emitted=light, is_lamp=True) if isinstance(light, Value) else Light()
     if _is_black(light.reflected) and any(NOT_LIGHT in note for note in light.notes):

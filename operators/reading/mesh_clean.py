@@ -87,11 +87,12 @@ def clean(joined):
 
 def _said(no_area, doubled):
     """{mesh: [sentence]} of the meshes of faces left out (k,)."""
-    texts = (no_area, "without area, which {} left out"), (doubled, "on another face of its own, which {} read once")
+    texts = (no_area, "without area: {} left out"), (doubled, "on another face of its own: {} read once")
     said = {}
     for left_out, text in texts:
         for mesh, n in zip(*(part.tolist() for part in np.unique(left_out, return_counts=True))):
-            said.setdefault(mesh, []).append(f"has {n:,} face{'s' * (n > 1)} {text.format('are' if n > 1 else 'is')}")
+            faces, are = ("faces", "they are") if n > 1 else ("face", "it is")
+            said.setdefault(mesh, []).append(f"has {n:,} {faces} {text.format(are)}")
     return said
 
 

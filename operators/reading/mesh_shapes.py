@@ -19,7 +19,7 @@ from .mesh_planes import PlaneShape, planes_of
 from .mesh_spheres import COARSEST, SphereShape
 from .mesh_topology import NotRecognised, connected, rounding_of
 
-TWO_MATERIALS = "has a UV sphere of more than one material, which is taken as it is meshed; with one it would be exact"
+TWO_MATERIALS = "has a UV sphere of several materials: it is taken as it is meshed; with one it would be exact"
 
 
 @dataclass(frozen=True, eq=False)

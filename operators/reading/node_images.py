@@ -20,7 +20,7 @@ def _image_texture(output, walk):
     try:
         picture = _picture(node.image, walk.images)
     except ImageError as error:
-        return Unknown(f"; {error}")
+        return Unknown(f", whose {error}")
     is_straight = node.outputs["Alpha"].is_linked and node.image.alpha_mode not in ("CHANNEL_PACKED", "NONE")
     use = Use(node.extension, node.interpolation if node.interpolation in ("Closest", "Linear") else "Cubic",
               is_straight and node.image.colorspace_settings.name != "Non-Color")  # fmt: skip

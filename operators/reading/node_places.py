@@ -111,7 +111,7 @@ def fresnel(cosine, ior):
 def over_directions(share, parameter):
     """The Value of the mean of share(cosine, parameter) over the directions that diffuse light comes from."""
     cosine = np.sqrt((np.arange(_STEPS) + 0.5) / _STEPS)  # equal parts of the projected half sphere
-    note = "what depends on the direction it is seen from (Fresnel, Facing) is taken as its mean over all directions"
+    note = "it depends on the direction it is seen from (Fresnel, Facing): the mean over all directions is taken"
     return derive(lambda x: share(cosine, x).mean(axis=1, keepdims=True), parameter).noted(note)
 
 

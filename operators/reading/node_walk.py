@@ -144,8 +144,9 @@ class Walk:
         if isinstance(value, Value):
             return converted(value, end.socket.type, socket.socket.type)
         text = f"the {socket.socket.name} of its {title(socket.node)} is linked to {title(end.node)}"
-        reason = value.reason if isinstance(value, Unknown) else ""
-        return plain(socket).noted(f"{text}{reason}: the socket's plain value is used")
+        reason, _, advice = (value.reason if isinstance(value, Unknown) else "").partition("; ")
+        advice = f"; {advice}" if advice else ""
+        return plain(socket).noted(f"{text}{reason}: the socket's plain value is used{advice}")
 
 
 def _behind(output):

@@ -45,7 +45,7 @@ def _read(found, name, obj, matrix):
     if data.type == "AREA" and data.cycles.is_portal:  # guides Cycles' rays, and sends nothing
         return
     if not obj.visible_diffuse:
-        found.tell(name, "is not visible to diffuse rays and lights nothing")
+        found.tell(name, "is not visible to diffuse rays: it lights nothing; switch Ray Visibility > Diffuse on")
         return
     strength = _strength(found, name, data)
     if strength is None:
@@ -54,11 +54,12 @@ def _read(found, name, obj, matrix):
     if linking and (linking.receiver_collection or linking.blocker_collection):
         found.tell(name, "has light linking, which is left out: it lights everything, and everything blocks it")
     if data.cycles.max_bounces < MANY_BOUNCES:
-        found.tell(name, f"is limited to {data.cycles.max_bounces} bounces, which is left out")
+        found.tell(name, f"is limited to {data.cycles.max_bounces} bounces: its light goes on beyond them")
     try:
         light = _LIGHTS[data.type](data, matrix, strength, shadows=data.use_shadow, name=name)
     except SceneError as error:
-        found.tell(name, f"is left out ({error})")
+        what, _, advice = str(error).partition(": ")[2].partition("; ")
+        found.tell(name, f"cannot shine, {what}: it is left out; {advice}")
         return
     found.lights.append(light)
     found.kinds.append(data.type)
@@ -75,10 +76,10 @@ def _strength(found, name, data):
     if nodes is not None:
         strength *= nodes
     if (strength < 0).any():
-        found.tell(name, "takes light away, which is left out; use a strength above 0")
+        found.tell(name, "takes light away: that is left out; use a strength above 0")
         strength = np.maximum(strength, 0.0)
     elif not strength.any():
-        found.tell(name, "has no strength and lights nothing")
+        found.tell(name, "has no strength: it lights nothing; raise it above 0")
     return strength if strength.any() else None
 
 

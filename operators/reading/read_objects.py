@@ -56,7 +56,7 @@ def gather_steps(visible, wanted, depsgraph, look, single_user=False, apply=Fals
     _instances(out, set(visible), depsgraph, look, copies)
     for obj in visible:
         if obj.type == "MESH" and any(s.settings.render_type in HAIR for s in obj.particle_systems):
-            out.warnings.append(f"Object {obj.name!r}: its particles are left out")
+            out.warnings.append(f"Object {obj.name!r}: its particles are no meshes: they are left out; convert them")
     return out
 
 
@@ -104,7 +104,7 @@ def _prepare(raw, obj, first_user, single_user, apply):
     elif users > 1 and first != obj:
         raw.reason = f"shares its mesh with {first.name!r}, whose bake it shows; make it a single-user copy"
     elif users > 1:
-        raw.warnings.append(f"shares its mesh with other users ({users} in all), which all show its bake")
+        raw.warnings.append(f"shares its mesh with other users ({users} in all): all of them show its bake")
 
 
 def _is_ghost(obj):

@@ -33,7 +33,7 @@ def world_steps(world):
     if world is None:
         return found
     if not world.cycles_visibility.diffuse:
-        found.warnings.append("is not visible to diffuse rays and lights nothing")
+        found.warnings.append("is not visible to diffuse rays: it lights nothing; switch Ray Visibility > Diffuse on")
         return found
     if not (world.node_tree and (bpy.app.version >= (5, 0) or world.use_nodes)):
         found.background = np.array(world.color, float)
@@ -50,7 +50,7 @@ def world_steps(world):
     else:
         found.background = np.maximum(constant, 0.0)
     if (constant < 0).any() or any((image.weight < 0).any() for image, _ in maps):
-        found.warnings.append("colours below 0 are taken as 0")
+        found.warnings.append("it has colours below 0: they are taken as 0")
     return found
 
 
@@ -61,7 +61,8 @@ def _rendered(world, found, reason):
     except RenderError as error:
         found.warnings.append(f"{reason} could not be rendered ({error}): the world is taken as black")
         return
-    found.warnings.append(f"{reason} was rendered once into a map of all directions, {values.shape[1]} pixels around")
+    around = f"a map of all directions, {values.shape[1]} pixels around"
+    found.warnings.append(f"{reason} was rendered once into {around}: what is finer is lost")
     values, others = without_suns(values, f"Sun of world {world.name}")
     found.background, found.suns = SkyMap(reduced(values, WIDE)), [*suns, *others]
 

@@ -19,7 +19,7 @@ from .node_values import Value, constant, derive, mixed, together
 from .node_walk import Recipe, plain, title
 
 BLACK = constant(np.zeros(3))
-NOT_LIGHT = "which is not taken as light"
+NOT_LIGHT = "it is not taken as light"
 NONE, ALL = constant(0.0), constant(1.0)
 LOUD = 1.0  # strength: who wants an image as a light turns it up beyond
 
@@ -56,7 +56,7 @@ def _emitted(colour, strength):
     """(emitted, is_lamp) of a colour and a strength."""
     emitted = derive(np.multiply, colour, strength)
     if names := bakes_in(emitted):
-        return BLACK.noted(f"it shows the baked attribute {names[0]!r}, {NOT_LIGHT}"), False
+        return BLACK.noted(f"it shows the baked attribute {names[0]!r}: {NOT_LIGHT}"), False
     if not strength.varies and not strength.constant.any() or not emitted.varies and not emitted.constant.any():
         return BLACK, False
     is_picture = ("image", "") in colour.needs and not strength.varies and strength.constant.max() <= LOUD
@@ -112,7 +112,7 @@ def _transparent(output, walk):
 def _other(output, walk):
     if "Color" in output.inputs():
         return _diffuse("Color", "is not supported")(output, walk)
-    note = f"its {title(output.node)} is not supported and is taken as black"
+    note = f"its {title(output.node)} is not supported: it is taken as black"
     return Recipe([], lambda: Light(BLACK.noted(note)))
 
 

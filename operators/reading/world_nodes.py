@@ -28,12 +28,12 @@ def terms_of(tree, warnings):
     """(radiance (3,), [Image]) whose sum the world is; NotPlain where it is not such a sum."""
     output = tree.get_output_node("CYCLES")
     if output is None or _source(output.inputs["Surface"]) is None:
-        warnings.append("it has no surface shader and is taken as black")
+        warnings.append("it has no surface shader: it is taken as black; link a Background to its output")
         return np.zeros(3), []
     if _source(output.inputs["Volume"]) is not None:
-        warnings.append("its volume is left out")
+        warnings.append("it has a volume: that is left out")
     if any(node.bl_idname == "ShaderNodeLightPath" for node in tree.nodes):
-        warnings.append("its Light Path node is read as for rays from diffuse surfaces")
+        warnings.append("it has a Light Path node: it is read as for rays from diffuse surfaces")
     constant, images = np.zeros(3), []
     stack = [(_source(output.inputs["Surface"]), np.ones(3), frozenset())]
     while stack:

@@ -40,7 +40,7 @@ class AimedPoints:
         apex = apex - facets.centre
         some, balls = _within_cone(facets, apex, axis, half)
         rays, each = _cone(count, axis, half)
-        parts = [_on_facets(facets, some, apex, rays), _on_balls(facets, balls, apex, rays)]
+        parts = [on_facets(facets, some, apex, rays), on_balls(facets, balls, apex, rays)]
         ray, self.facet, self.front, self.place, area = (np.concatenate(part) for part in zip(*parts))
         self.area = each * area
         self._keep(np.argsort(_reversed(count)[ray], kind="stable"))
@@ -151,7 +151,7 @@ def _within_cone(facets, apex, axis, half):
     return out
 
 
-def _on_facets(facets, some, apex, rays):
+def on_facets(facets, some, apex, rays):
     """ray, facet, front, place and area for a solid angle of 1, of points where rays (r, 3) meet facets some (f,)."""
     o, u, v, n = (a[some] for a in (facets.origin, facets.u, facets.v, facets.normal))
     height = np.einsum("fi,fi->f", o - apex, n)
@@ -175,7 +175,7 @@ def _on_facets(facets, some, apex, rays):
     return [np.concatenate(part) for part in zip(*parts)]
 
 
-def _on_balls(facets, some, apex, rays):
+def on_balls(facets, some, apex, rays):
     """The same of balls some (b,), both sides of each."""
     inverse = facets.ball_inverse[some]
     start = np.einsum("bij,bj->bi", inverse, apex - facets.ball_centre[some])

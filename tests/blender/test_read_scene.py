@@ -526,7 +526,7 @@ def test_object_slots_and_same_material_twice(read):
     reading = read()
     found, surfaces = only(reading)
     assert {surface.reflectance[2] > 0 for surface in surfaces} == {True, False}
-    assert found.kind == "POLYGONS" and "more than one material" in reading.warnings[0]
+    assert found.kind == "POLYGONS" and "several materials" in reading.warnings[0]
 
 
 def test_without_material_blenders_grey(read):

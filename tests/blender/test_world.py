@@ -190,7 +190,9 @@ def test_worlds_that_give_nothing_say_so(read, planes):
     assert any("'/nowhere/sky.hdr' is missing" in text and "black" in text for text in reading.warnings)
     made.world.cycles_visibility.diffuse = False
     reading = read()
-    assert reading.warnings == ["World 'Sky': is not visible to diffuse rays and lights nothing"]
+    assert reading.warnings == [
+        "World 'Sky': is not visible to diffuse rays: it lights nothing; switch Ray Visibility > Diffuse on"
+    ]
 
 
 def test_a_renderer_that_fails_is_said(read, planes, addon, monkeypatch):
