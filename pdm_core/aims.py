@@ -37,10 +37,11 @@ def aims(scene):
         light = scene.lights[k]
         at, axis, half, size = _cone_of(light)
         rays = lattice(RAYS) if half == np.pi else lattice_of_cone(RAYS, axis, np.cos(half))
-        surface, far = _first_met(facets, at - facets.centre, rays)
+        blocking = facets.blocking(light)
+        surface, far = _first_met(blocking, at - facets.centre, rays)
         if np.isinf(far).all():
             apex, axis, half = light.beam or (at, axis, half)
-            if not _any_within(facets, apex - facets.centre, axis, half):
+            if blocking is facets and not _any_within(facets, apex - facets.centre, axis, half):
                 out.append(Aim(k))
             continue
         share = light.pattern(rays) * (rays @ axis if isinstance(light, AreaLight) else 1.0)

@@ -21,12 +21,13 @@ LOST = 2.0  # tolerances: a shape no larger is not told from none
 class Light:
     """A lamp, see lights.py: name; colour (3,), what its sizes are multiplied by; distant: its samples are directions;
     shadows: whether anything blocks its light; beam: of one that shines into a cone, apex (3,) m, unit axis (3,) and
-    half angle of a round cone that holds all its light, else None."""
+    half angle of a round cone that holds all its light, else None. receivers, blockers: sets of the Shapes that alone
+    its light comes to directly, and that alone block it, or None for all."""
 
     name = ""
     distant = False
     shadows = True
-    beam = None
+    beam = receivers = blockers = None
 
     def unoccluded(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where colour is 1, horizon-clipped"""
@@ -211,6 +212,10 @@ class Scene:
         if self.sky is None:
             return np.broadcast_to(self.background, (len(directions), 3))
         return np.maximum(np.asarray(self.sky(directions), float).reshape(len(directions), 3), 0.0)
+
+    def of_shapes(self, shapes):
+        """(n surfaces,) Whether each is a side of one of the shapes; all are where these are None."""
+        return np.array([shapes is None or surface.shape in shapes for surface in self.surfaces])
 
     @cached_property
     def tolerance(self):

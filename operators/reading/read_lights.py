@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...pdm_core import AreaLight, PointLight, SceneError, SpotLight, SunLight
+from .light_linking import linking_of
 from .materials import node_emission
 
 LEAST_SPREAD = 1e-3  # radians; Blender's 0 are parallel beams
@@ -13,11 +14,12 @@ MANY_BOUNCES = 16  # after which what is left of a light is not missed
 
 @dataclass(eq=False)
 class ReadLights:
-    """lights: [Light], all that shine; kinds: Blender's type of each; told: {sentence: [names]}, which goes on after
-    the names of the lights that it is about."""
+    """lights: [Light], all that shine; kinds: Blender's type of each; links: what each is linked to, see linking_of;
+    told: {sentence: [names]}, which goes on after the names of the lights that it is about."""
 
     lights: list = field(default_factory=list)
     kinds: list = field(default_factory=list)
+    links: list = field(default_factory=list)
     told: dict = field(default_factory=dict)
 
     def tell(self, name, text):
@@ -50,9 +52,6 @@ def _read(found, name, obj, matrix):
     strength = _strength(found, name, data)
     if strength is None:
         return
-    linking = getattr(obj, "light_linking", None)
-    if linking and (linking.receiver_collection or linking.blocker_collection):
-        found.tell(name, "has light linking, which is left out: it lights everything, and everything blocks it")
     if data.cycles.max_bounces < MANY_BOUNCES:
         found.tell(name, f"is limited to {data.cycles.max_bounces} bounces: its light goes on beyond them")
     try:
@@ -63,6 +62,7 @@ def _read(found, name, obj, matrix):
         return
     found.lights.append(light)
     found.kinds.append(data.type)
+    found.links.append(linking_of(obj))
 
 
 def _strength(found, name, data):

@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 
 from ...pdm_core import Polygon
+from .light_linking import is_linked
 from .mesh_arrays import Arrays
 from .mesh_joined import Given
 from .mesh_match import Baked, baked_of
@@ -163,4 +164,6 @@ def render_differences(obj):
         texts.append("its Ray Visibility > Diffuse is off: it reflects, shines and hides the sky all the same")
     if not obj.visible_shadow:
         texts.append("its Ray Visibility > Shadow is off: it shades what lamps light all the same")
+    if is_linked(obj):
+        texts.append("its light linking is of what it emits: that lights all, and all blocks it; use a lamp instead")
     return texts

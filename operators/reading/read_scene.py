@@ -11,6 +11,7 @@ from ...pdm_core.shapes.shape import unit
 from ...pdm_core.signs_of_life import finish, in_thread, mapped
 from .accept_pieces import accept_pieces
 from .hidden_sides import surfaces_of
+from .light_linking import link
 from .looks_on_meshes import looks_on, settle_pictures
 from .materials import BACK, FRONT, read_material
 from .mesh_arrays import Arrays
@@ -97,17 +98,18 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
     steps = undisturbed(  # what is hidden is shown meanwhile: no other hand may come between
         lambda: _gather_steps(context, objects, baked, make_single_user, apply_modifiers), at_once=is_hidden
     )
-    reading, gathered, lights, wanted = yield from mapped(steps, lambda _: 0.0)
+    reading, gathered, lamps, wanted = yield from mapped(steps, lambda _: 0.0)
     background, suns = yield from _background(context.scene, reading)
-    is_lit = callable(background) or np.any(background) or bool(lights or suns)
+    is_lit = callable(background) or np.any(background) or bool(lamps.lights or suns)
     settle_pictures(gathered.looks, is_lit)
     found = yield from _recognise(gathered.raw, reading)
     accepted = yield from mapped(in_thread(_accepted, found, gathered.looks, baked, reading), lambda _: 1.0)
     reading.refused += accepted.refused
     reading.warnings += [f"Object {mesh.name!r}: {text}" for mesh, _ in accepted.taken for text in mesh.warnings]
     reading.warnings += accepted.warnings
+    link(lamps, accepted)
     reading.scene, sides = yield from mapped(
-        in_thread(_scene_of, accepted.pieces, background, [*lights, *suns]), lambda _: 1.0
+        in_thread(_scene_of, accepted.pieces, background, [*lamps.lights, *suns]), lambda _: 1.0
     )
     reading.materials = [
         (piece.material, look) for piece, own in zip(accepted.pieces, sides) for look in (FRONT, BACK)[: len(own)]
@@ -124,7 +126,7 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
 
 
 def _gather_steps(context, objects, baked, make_single_user, apply_modifiers):
-    """Generator; returns the Reading so far, Gathered, [Light] and the set of objects to bake."""
+    """Generator; returns the Reading so far, Gathered, ReadLights and the set of objects to bake."""
     view_layer, images = context.view_layer, {}
     visible = render_visible(view_layer)
     meshes = [obj for obj in visible if obj.type == "MESH"]
@@ -143,8 +145,8 @@ def _gather_steps(context, objects, baked, make_single_user, apply_modifiers):
         )
         hidden = sum(obj.type == "MESH" for obj in view_layer.objects) - len(meshes)
         reading = Reading(None, [], gathered.refused, gathered.warnings, hidden)
-        lights = _lights(visible, depsgraph, reading)
-    return reading, gathered, lights, wanted
+        lamps = _lamps(visible, depsgraph, reading)
+    return reading, gathered, lamps, wanted
 
 
 def _accepted(found, looks, baked, reading):
@@ -246,12 +248,12 @@ def _read_object(mesh, indices, is_wanted):
     return read
 
 
-def _lights(visible, depsgraph, reading):
-    """[Light] of the scene's lamps."""
+def _lamps(visible, depsgraph, reading):
+    """The ReadLights of the scene's lamps."""
     found = read_lights(visible, depsgraph)
     reading.warnings += [f"{some('Light', names)} {text}" for text, names in found.told.items()]
     reading.lights += [(light.name, kind) for light, kind in zip(found.lights, found.kinds, strict=True)]
-    return found.lights
+    return found
 
 
 def _background(scene, reading):

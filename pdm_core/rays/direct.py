@@ -11,6 +11,7 @@ from ..shapes.shape import unit
 from .bundles import NOTHING, along
 from .grid import batches
 from .perspective import seen_from
+from .placed import Placed
 
 COARSE = 0.02  # target from which on few points of a source will do
 FINE = 0.004  # target down to which ROUGHLY will do
@@ -24,6 +25,9 @@ FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is seen: UNSURE / (2 n)^POWER, about
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points
+TINTED = 64  # times as many points tell what is received of a source's colours where nothing is hidden
+HALVED = 0.5  # what all points are off by, of what half of them are
+PAIRS = 1 << 20  # of points and receivers, at once
 UNSEEN = 1e-12
 BETWEEN = 0.3  # of a source's light that its points do not stand for: more of them are needed
 DIMMEST = 1e-6  # of a pattern, so that the whole lamp counts where its beam passes between the points that stand for it
@@ -70,8 +74,9 @@ class Shares:
                     again = partly & (needed[some] > count)
                     count *= FACTOR
                     some = some[again] if count <= points[1] else some[:0]
-            factor[lit, k] = whole[lit, None] * share
-            error2[lit] += (light * off) ** 2
+            tint, told = yield from self._tint(source, receivers.take(lit), points[0])
+            factor[lit, k] = whole[lit, None] * share * tint
+            error2[lit] += (light * np.maximum(off, told)) ** 2
         return factor, np.sqrt(error2)
 
     def scattered(self, receivers):
@@ -107,6 +112,29 @@ class Shares:
             yield
         return np.where(total[:, None] > 0, seen / np.maximum(total, 1e-300)[:, None], 1.0)
 
+    def _tint(self, source, receivers, points):
+        """Colour (n, 3) of what receivers get of all of a source, of the mean of that, and how far half the points are
+        off (n,); yields. Each point is a disc of its area: what is nearer than the points to each other gets the colour
+        of what is about it."""
+        place, normal, weight = source.samples(TINTED * points)
+        tint = source.tint(place)
+        if tint is None:
+            return np.ones((len(receivers), 3)), np.zeros(len(receivers))
+        area = weight if source.is_surface else source.area[: len(place)]
+        tint = tint / np.maximum(weight @ tint / weight.sum(), 1e-300)
+        place = place - self.facets.centre
+        out, off = np.empty((len(receivers), 3)), np.empty(len(receivers))
+        for part in np.array_split(np.arange(len(out)), len(out) * len(place) // PAIRS + 1):
+            x, n = receivers.points[part], receivers.normals[part]
+            square = np.maximum((x**2).sum(axis=1)[:, None] + (place**2).sum(axis=1) - 2 * x @ place.T, 0.0)
+            value = np.maximum(n @ place.T - (x * n).sum(axis=1)[:, None], 0.0) * weight
+            value *= np.maximum(x @ normal.T - (place * normal).sum(axis=1), 0.0)
+            value /= np.maximum(square * (np.pi * square + area), 1e-300)
+            out[part], half = _mean(value, tint), _mean(value[:, ::2], tint[::2])
+            off[part] = np.abs(half - out[part]).max(axis=1) * HALVED
+            yield
+        return out, off
+
     def _unoccluded(self, source, receivers):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))
         step = 1 << 13
@@ -118,6 +146,8 @@ class Shares:
         # what a shining ball's inner side gives itself is met by rays
         out[(own >= 0) & (own == source.skip) & ~(receivers.inside & source.is_spot)] = 0.0
         out[source.against(points, receivers.normals)] = 0.0
+        if source.receivers is not None and isinstance(receivers, Placed):
+            out[~source.receivers[receivers.surface]] = 0.0
         return out
 
     def _share(self, source, receivers, count, whole):
@@ -126,7 +156,7 @@ class Shares:
         place, normal, weight = source.samples(count)
         tint = source.tint(place)
         n = len(receivers)
-        seen, half, total_half = np.zeros((n, 3)), np.zeros((2, n)), np.zeros((2, n))
+        seen, given, half, total_half = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((2, n)), np.zeros((2, n))
         for some in batches(len(place), n, self.facets):
             value = self._values(source, place[some], None if normal is None else normal[some], receivers)
             value *= weight[some, None]
@@ -134,7 +164,8 @@ class Shares:
             got = np.zeros_like(value)
             got[point, who] = value[point, who] * self._visible(source, place[some], receivers.take(who), point)
             self.counts["shadow rays"] += len(who)
-            seen += got.sum(axis=0)[:, None] if tint is None else got.T @ tint[some]
+            for light, sums in ((got, seen), (value, given)):
+                sums += light.sum(axis=0)[:, None] if tint is None else light.T @ tint[some]
             for h in range(2):
                 half[h] += got[some % 2 == h].sum(axis=0)
                 total_half[h] += value[some % 2 == h].sum(axis=0)
@@ -142,7 +173,7 @@ class Shares:
         plain, total = half.sum(axis=0), total_half.sum(axis=0)
         nothing = total <= 0
         safe = np.where(nothing, 1.0, total)
-        share = seen / safe[:, None]
+        share = np.where(given > 0, seen / np.maximum(given, 1e-300), np.where(nothing, 1.0, plain / safe)[:, None])
         share[nothing] = 1.0  # but no more is known than that some of it is ahead
         each = half / np.where(total_half > 0, total_half, 1.0)
         plain = np.where(nothing, 0.0, plain / safe)
@@ -185,12 +216,19 @@ class Shares:
 
     def _visible(self, source, place, receivers, which):
         """(n,) Whether receivers see which (n,) of places (k, 3) of a source; sorted by them."""
+        facets = source.blockers or self.facets
         if source.distant:
             cuts = np.searchsorted(which, np.arange(1, len(place)))
             parts = zip(place, np.split(np.arange(len(which)), cuts))
-            seen = [along(self.facets, one[None], receivers.take(some)).facet == NOTHING for one, some in parts]
+            seen = [along(facets, one[None], receivers.take(some)).facet == NOTHING for one, some in parts]
             return np.concatenate(seen)
-        return seen_from(self.facets, place - self.facets.centre, receivers, which, source.skip)
+        return seen_from(facets, place - facets.centre, receivers, which, source.skip)
+
+
+def _mean(weights, values):
+    """Means (n, 3) of values (k, 3) by weights (n, k); 1 where these are 0."""
+    total = weights.sum(axis=1, keepdims=True)
+    return np.where(total > 0, weights @ values / np.maximum(total, 1e-300), 1.0)
 
 
 def _lit(whole):

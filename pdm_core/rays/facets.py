@@ -4,6 +4,7 @@ A facet is o + s u + t v, of a triangle with s + t <= 1. A ball is the affine im
 come after those of facets. Each knows its shape, the surfaces on its two sides, and where on their charts it lies.
 """
 
+import copy
 from functools import cached_property
 
 import numpy as np
@@ -71,6 +72,24 @@ class Facets:
         self.origin -= s[:, None] * self.u + t[:, None] * self.v
         self.u = self.u * (1 + np.where(self.triangle, s + t + beyond, 2 * s))[:, None]
         self.v = self.v * (1 + np.where(self.triangle, s + t + beyond, 2 * t))[:, None]
+
+    def blocking(self, light):
+        """The Facets of what may block a Light: what rays towards it meet, and not from where they start."""
+        if light.blockers is None:
+            return self
+        some = np.zeros(len(self.scene.shapes), bool)
+        some[self.scene.shape_of[self.scene.of_shapes(light.blockers)]] = True
+        flat, ball = np.split(some[self.shape], [self.count])
+        out = copy.copy(self)
+        vars(out).pop("boxes", None)
+        for keep, names in (
+            (flat, ("origin", "u", "v", "triangle", "chart", "normal")),
+            (ball, ("ball_centre", "ball_linear", "ball_inverse")),
+            (some[self.shape], ("shape", "surface")),
+        ):
+            for name in names:
+                setattr(out, name, getattr(self, name)[keep])
+        return out
 
     @cached_property
     def boxes(self):

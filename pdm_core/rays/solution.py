@@ -150,15 +150,23 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
 
 
 def same_light(a, b):
-    """Whether two lights differ in name and colour alone."""
-    described = (vars(a).keys() & vars(b).keys()) - {"name", "colour"}
+    """Whether two lights differ in name and colour alone, and in what they are linked to."""
+    described = (vars(a).keys() & vars(b).keys()) - {"name", "colour", "receivers", "blockers"}
     return type(a) is type(b) and all(np.array_equal(getattr(a, k), getattr(b, k)) for k in described)
+
+
+def _same_links(one, other):
+    """Whether the lights of two Scenes are linked to the same surfaces."""
+    lamps = list(zip(one.lights, other.lights))
+    pairs = [(a.receivers, b.receivers) for a, b in lamps] + [(a.blockers, b.blockers) for a, b in lamps]
+    return all((one.of_shapes(a) == other.of_shapes(b)).all() for a, b in pairs if not a is b is None)
 
 
 def _relit(check, plan, scene):
     old = check.state
     check_light(old.scene, old.reflects, scene)
-    if not all(same_light(a, b) for a, b in zip(scene.lights, old.scene.lights)):
+    same = all(same_light(a, b) for a, b in zip(scene.lights, old.scene.lights))
+    if not (same and _same_links(scene, old.scene)):
         raise SceneError("relight changes the colours of lights alone; where one is moved or resized, solve again")
     if scene.background.any() and not old.scene.background.any():
         raise SceneError("relight: the background was dark and now sends light; solve again")

@@ -9,11 +9,12 @@ from .bundles import TOUCHING
 
 class Source:
     """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it;
-    shadows: whether any does; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even; is_surface:
-    whether samples' weights are areas; is_spot: whether it is what a beam lights; beam: see Light."""
+    shadows: whether any does; receivers (n surfaces,) bool: which its light comes to, blockers: Facets of what may hide
+    it, None for all; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even; is_surface: whether
+    samples' weights are areas; is_spot: whether it is what a beam lights; beam: see Light."""
 
     distant, skip, lift = False, -1, 0.0
-    shadows, pattern, beam = True, None, None
+    shadows, pattern, beam, receivers, blockers = True, None, None, None, None
     is_surface = is_spot = False
 
     def __init__(self, colour, name):
@@ -76,11 +77,16 @@ class Emitter(Source):
 class Lamp(Source):
     """Scene.lights[number]."""
 
-    def __init__(self, light, number):
+    def __init__(self, facets, light, number):
         super().__init__(light.colour, light.name)
+        if light.receivers is not None:
+            self.receivers = facets.scene.of_shapes(light.receivers)
+        if light.blockers is not None:
+            self.blockers = facets.blocking(light)
         self.light, self.number, self.distant = light, number, light.distant
         self.unoccluded, self.samples = light.unoccluded, light.samples
-        self.pattern, self.shadows, self.beam = light.pattern, light.shadows, light.beam
+        self.pattern, self.beam = light.pattern, light.beam
+        self.shadows = light.shadows and (self.blockers is None or len(self.blockers.shape) > 0)
 
     def take_light(self, scene, before):
         """See Source."""
@@ -107,4 +113,4 @@ def sources_of(facets, by_rays):
     scene = facets.scene
     shines = (scene.emission > 0).any(axis=1) & ~by_rays
     emitters = [Emitter(facets, k) for k in np.flatnonzero(shines)]
-    return emitters + [Lamp(light, k) for k, light in enumerate(scene.lights)]
+    return emitters + [Lamp(facets, light, k) for k, light in enumerate(scene.lights)]

@@ -222,13 +222,11 @@ def row(where, name, kind, settings, target, bake):
     return {**found, "vertices": len(ours), "cpu_seconds": start, "cycles_seconds": seconds}
 
 
-def keep(output, version, rows, about):
+def keep(output, version, rows, about, key=("scene", "light")):
     """Writes the rows of this version of Blender beside those of others, and instead of those of the same names."""
     tables = json.loads(Path(output).read_text())["tables"] if Path(output).exists() else {}
-    named = {(row["scene"], row["light"]): row for row in [*tables.get(version, []), *rows]}
-    order = [(where, name) for name, _, _ in cases() for where in SCENES]
-    rows = [named[key] for key in order if key in named]
-    save(output, {"machine": machine(), **about, "tables": {**tables, version: rows}})
+    named = {tuple(row[name] for name in key): row for row in [*tables.get(version, []), *rows]}
+    save(output, {"machine": machine(), **about, "tables": {**tables, version: list(named.values())}})
 
 
 def main(output=None, target="0.02", part=""):

@@ -104,7 +104,7 @@ def main(output=None, target="0.01", part=""):
                   f"{numbers[2]:8.3f} {numbers[3]:8.3f} {found['cpu_seconds']:6.1f}", flush=True)  # fmt: skip
             if output:
                 about = {"samples": shaded.SAMPLES["floor"], "target": float(target)}
-                shaded.keep(output, version, rows, about)
+                shaded.keep(output, version, rows, about, ("world", "building"))
     sys.modules["pdm_extension"].unregister()
 
 

@@ -64,3 +64,21 @@ def corners(obj):
     inward = np.repeat(np.add.reduceat(points, starts) / count[:, None], count, axis=0) - points
     inward /= np.linalg.norm(inward, axis=1, keepdims=True)
     return points + 1e-4 * np.maximum(np.abs(points).max(axis=1, keepdims=True), 1.0) * inward
+
+
+def lit(objects, samples):
+    """(vertices, 3): irradiance / pi at the vertices of objects in turn, by Cycles."""
+    scene = bpy.context.scene
+    scene.render.engine, scene.render.bake.target = "CYCLES", "VERTEX_COLORS"
+    cycles = scene.cycles
+    cycles.device, cycles.samples, cycles.max_bounces, cycles.diffuse_bounces = "CPU", samples, 32, 32
+    cycles.use_adaptive_sampling = cycles.use_light_tree = cycles.use_denoising = False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
+    for other in bpy.context.view_layer.objects:
+        other.select_set(other in objects)
+    for obj in objects:
+        made = obj.data.color_attributes
+        made.active_color = made.new(PASS, "FLOAT_COLOR", "POINT")
+    bpy.context.view_layer.objects.active = objects[0]
+    bpy.ops.object.bake(type="DIFFUSE", pass_filter={"DIRECT", "INDIRECT"})
+    return np.concatenate([scenes.colours(obj, PASS)[:, :3] for obj in objects]).astype(float)

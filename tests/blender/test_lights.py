@@ -3,6 +3,7 @@
 from math import pi, radians
 
 import bpy
+import cycles_colours
 import numpy as np
 import pytest
 import scenes
@@ -205,7 +206,6 @@ def test_what_is_left_out_is_said(read):
     hidden.hide_render = True
     shadowless = lamp("POINT", name="Shadowless", energy=10, use_shadow=False)
     linked = lamp("SUN", name="Linked", energy=1)
-    linked.light_linking.receiver_collection = bpy.data.collections.new("Receivers")
     linked.hide_viewport = True  # which does not count
     shadowless.data.cycles.max_bounces = 2
     reading = read()
@@ -216,7 +216,7 @@ def test_what_is_left_out_is_said(read):
     assert sorted(reading.lights) == [("Linked", "SUN"), ("Shadowless", "POINT")]
     for name, text in {
         "Dark": "no strength", "Hole": "takes light away", "Unseen": "not visible to diffuse", "Flat": "no area",
-        "Shadowless": "limited to 2 bounces", "Linked": "light linking",
+        "Shadowless": "limited to 2 bounces",
     }.items():  # fmt: skip
         assert any(f"Light '{name}'" in warning and text in warning for warning in reading.warnings), name
     assert not any("Portal" in warning or "Hidden" in warning for warning in reading.warnings)
@@ -235,3 +235,47 @@ def test_lights_alone_are_light(addon):
     reading = addon("operators.reading.read_scene").read_scene(bpy.context)
     bake.check_light(bpy.context, reading)
     assert addon("pdm_core.plan").lit(reading.scene).tolist() == [True, False]
+
+
+def test_lamps_light_and_are_blocked_by_what_they_are_linked_to(addon):
+    """Beside Cycles: a sun that misses a panel, an area light for two of three things, one that a ball does not block,
+    by included and by excluded members, some of them in a collection within."""
+    floor = scenes.grid("Floor", 12, 4.0, made_of=scenes.material("Floor"))
+    leaning = Matrix.Translation((-0.9, 0, 0.8)) @ Matrix.Rotation(0.3, 4, "X")
+    panel = scenes.grid("Panel", 2, 1.2, leaning, scenes.material("Panel", (0.8, 0.3, 0.2)))
+    ball = scenes.sphere("Ball", 64, 32, 0.6, Matrix.Translation((1.0, 0.3, 0.8)), scenes.material("Ball"))
+    turned = Matrix.Translation((0.3, -0.4, 3)) @ Euler((0.2, 0.3, 0)).to_matrix().to_4x4()
+    sun = lamp("SUN", turned, name="Sun", energy=2, angle=0.0)
+    area = lamp("AREA", turned, name="Area", energy=60, size=0.4)
+    point = lamp("POINT", Matrix.Translation((-0.3, 1.2, 2)), name="Point", energy=60, shadow_soft_size=0.0)
+
+    def members(name, included=(), excluded=(), within=()):
+        made = bpy.data.collections.new(name)
+        for obj in (*included, *excluded):
+            made.objects.link(obj)
+        for entry in list(made.collection_objects)[len(included) :]:
+            entry.light_linking.link_state = "EXCLUDE"
+        if within:
+            inner = bpy.data.collections.new(f"{name} within")
+            made.children.link(inner)
+            for obj in within:
+                inner.objects.link(obj)
+        return made
+
+    sun.light_linking.receiver_collection = members("Not the panel", excluded=[panel])
+    area.light_linking.receiver_collection = members("Floor and ball", included=[floor], within=[ball])
+    area.light_linking.blocker_collection = members("Panel alone", included=[panel])
+    point.light_linking.blocker_collection = members("Not the ball", excluded=[ball])
+    scene = bpy.context.scene
+    scene.world = None
+    bpy.ops.pdm.bake(target_error=0.01, quantity="IRRADIANCE", domain="POINT", attribute="Ours")
+    assert not scene.pdm_radiosity.report()["left_out"]
+    theirs = cycles_colours.lit([floor, panel], 1024)
+    ours = np.concatenate([scenes.colours(obj, "Ours")[:, :3] for obj in (floor, panel)])
+    assert np.linalg.norm(ours - theirs) < 0.03 * np.linalg.norm(theirs)
+
+
+def test_linked_emission_is_named(read):
+    glow = scenes.grid("Glow", made_of=scenes.material("Glow", emission=(1, 1, 1)))
+    glow.light_linking.receiver_collection = bpy.data.collections.new("Receivers")
+    assert any("'Glow'" in text and "light linking" in text for text in read().warnings)
