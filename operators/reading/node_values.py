@@ -54,8 +54,7 @@ def derive(function, *inputs):
     """The Value function(*arrays) of Values; computed at once where all are constant."""
     notes = together([value.notes for value in inputs])
     if all([value.constant is not None for value in inputs]):
-        with np.errstate(all="ignore"):
-            return Value(np.asarray(function(*(value.constant for value in inputs)), float), notes=notes)
+        return Value(np.asarray(function(*[value.constant for value in inputs]), float), notes=notes)
     needs = frozenset().union(*(value.needs for value in inputs if value.needs))
     return Value(None, function, inputs, needs, notes)
 

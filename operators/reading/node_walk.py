@@ -7,20 +7,17 @@ is too deep, no socket is read twice, and links in a circle are found.
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from .node_values import Value, constant, converted
 from .preview_nodes import before_preview
 
 
-@dataclass(eq=False)
 class Socket:
     """A node's socket, and the group nodes that one is inside of."""
 
-    path: tuple
-    socket: object
-
-    @cached_property
-    def node(self):
-        return self.socket.node
+    def __init__(self, path, socket, node=None):
+        self.path, self.socket, self.node = path, socket, node or socket.node
 
     @cached_property
     def key(self):
@@ -28,7 +25,7 @@ class Socket:
 
     def input(self, identifier):
         """The input with this identifier of the same node."""
-        return Socket(self.path, self._inputs[identifier])
+        return Socket(self.path, self._inputs[identifier], self.node)
 
     @cached_property
     def _inputs(self):
@@ -36,7 +33,7 @@ class Socket:
 
     def inputs(self):
         """Inputs of the same node that are in use, by identifier."""
-        return {s.identifier: Socket(self.path, s) for s in self.node.inputs if s.enabled}
+        return {s.identifier: Socket(self.path, s, self.node) for s in self.node.inputs if s.enabled}
 
 
 @dataclass(frozen=True)
@@ -75,6 +72,10 @@ class Walk:
 
     def read(self, output):
         """What an output Socket is: whatever its reader makes of it, or Unknown. Circle where it depends on itself."""
+        with np.errstate(all="ignore"):  # a division by 0 is a colour like others in a node tree
+            return self._read(output)
+
+    def _read(self, output):
         open_, stack = {}, [output]
         while stack:
             top = stack[-1]
@@ -92,9 +93,9 @@ class Walk:
                 open_[key] = (recipe, ends)
             recipe, ends = open_[key]
             needed = [end for end, is_output in ends if is_output and end.key not in self._known]
-            if any(end.key in open_ for end in needed):
-                raise Circle
             if needed:
+                if any(end.key in open_ for end in needed):
+                    raise Circle
                 stack += needed
                 continue
             self._known[key] = recipe.make(*map(self._ended, recipe.inputs, ends))
@@ -115,14 +116,14 @@ class Walk:
             if link is None:
                 return (last, False)
             output = Socket(socket.path, link.from_socket)
-            if output.key in passed:
-                raise Circle
-            passed.add(output.key)
             socket = _behind(output)
             if socket is output:
                 return (output, True)
             if socket is None:
                 return (last, False)
+            if output.key in passed:
+                raise Circle
+            passed.add(output.key)
             if socket.node.bl_idname != "NodeReroute" and hasattr(socket.socket, "default_value"):
                 last = socket
 
