@@ -1,6 +1,6 @@
 """Which recognised shapes take part: not those that lie on others, nor those too thin to be told from none."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,22 +25,26 @@ class Accepted:
 
 def accept_pieces(taken, rounding):
     """Accepted of [(MeshObject, [Piece])]: of two shapes on one another, each of which would hide the other, the later
-    is the earlier; what is too thin is the object's next one. An object of nothing else is refused."""
+    is the earlier; what is too thin, or nearly transparent, is the object's next one. An object of nothing else is
+    refused."""
     pieces = [piece for _, own in taken for piece in own]
     if not pieces:
         return Accepted([], [], [], [], [])
     owner = np.repeat(np.arange(len(taken)), [len(own) for _, own in taken])
     thin = np.array([p.shape.thickness for p in pieces]) < THIN * tolerance_of([p.shape for p in pieces], rounding)
+    clear = np.array([bool(piece.look.absent) for piece in pieces]) & ~thin
+    opened = {piece.body for piece, is_clear in zip(pieces, clear) if is_clear} - {()}
+    pieces = [replace(piece, body=()) if piece.body in opened else piece for piece in pieces]  # light comes in
     twin = np.full(len(pieces), -1)
-    thick = np.flatnonzero(~thin)
+    thick = np.flatnonzero(~(thin | clear))
     found = twins([pieces[k] for k in thick])
     twin[thick[found >= 0]] = thick[found[found >= 0]]
-    stays = (twin < 0) & ~thin
+    stays = (twin < 0) & ~thin & ~clear
     lives = np.bincount(owner, stays, len(taken)) > 0
     place = np.cumsum(stays) - 1
     first = np.full(len(taken), -1)
     first[owner[stays][::-1]] = place[stays][::-1]
-    place = np.where(thin, first[owner], np.where(twin >= 0, place[np.maximum(twin, 0)], place))
+    place = np.where(thin | clear, first[owner], np.where(twin >= 0, place[np.maximum(twin, 0)], place))
     out = Accepted([], [pieces[k] for k in np.flatnonzero(stays)], [], [], [])
     for k, (mesh, own) in enumerate(taken):
         mine = np.arange(*np.searchsorted(owner, [k, k + 1]))
@@ -48,7 +52,7 @@ def accept_pieces(taken, rounding):
         if lives[k]:
             out.taken.append((mesh, own))
             out.place.append(place[mine])
-            out.warnings += _said(mesh.name, doubles, int((twin[mine] >= 0).sum()), int(thin[mine].sum()))
+            out.warnings += _said(mesh.name, doubles, twin[mine] >= 0, thin[mine], clear[mine])
         elif doubles:
             name = next(iter(doubles))
             out.refused.append((mesh.name, f"lies exactly on object {name!r}; move or delete one of them"))
@@ -57,9 +61,11 @@ def accept_pieces(taken, rounding):
     return out
 
 
-def _said(name, doubles, doubled, thin):
-    """Warnings of an object of which parts are left out."""
-    texts = []
+def _said(name, doubles, *parts):
+    """Warnings of an object of which parts (n,) bool are doubled, too thin, nearly transparent."""
+    texts, (doubled, thin, clear) = [], (int(part.sum()) for part in parts)
+    if clear:
+        texts.append(f"Object {name!r}: {clear:,} of its faces are clear: they block nothing and show others' light")
     if doubled:
         others = ", ".join(repr(other) for other in list(doubles)[:3])
         texts.append(f"Object {name!r}: {doubled:,} of its faces lie on others ({others}): they show their light")

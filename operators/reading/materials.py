@@ -16,6 +16,7 @@ from .shaders import BLACK, NOT_LIGHT, Light
 from .varying import Places, Varying
 
 NO_MATERIAL = 0.8  # the grey that Blender gives an object without material
+CLEAR = 0.5  # of the light: what lets more than that straight through is nearer to nothing than to a wall
 FRONT, BACK = 0, 1
 EVERYWHERE = node_math.READERS | node_colour.READERS | shaders.READERS
 ON_MESHES = EVERYWHERE | node_places.READERS | node_images.READERS | node_patterns.READERS
@@ -88,8 +89,10 @@ def read_material(material, baked=frozenset(), images=None):
 
 def _appearance(sides, notes):
     """The Appearance of the Lights of both sides, and of what else is to be said."""
-    if all(not side.clear.varies and side.clear.constant.min() >= 1 and _is_black(side.emitted) for side in sides):
-        return Appearance((np.zeros(3),) * 2, (np.zeros(3),) * 2, [], "is wholly transparent")
+    clear = min(_clear(side) for side in sides)
+    if clear > CLEAR:
+        share = "is wholly transparent" if clear >= 1 else f"lets {100 * clear:.0f} % of the light straight through"
+        return Appearance((np.zeros(3),) * 2, (np.zeros(3),) * 2, [], share)
     warnings = [note for side in sides for note in side.notes] + notes
     constants = [v.constant for side in sides for v in (side.reflected, side.emitted) if not v.varies]
     high = max((side.reflected.constant.max() for side in sides if not side.reflected.varies), default=0.0)
@@ -109,6 +112,11 @@ def _is_picture(sides):
     """Whether it shows an image by its own light alone, on either side, and reflects nothing."""
     shows = any(side.emitted.varies for side in sides)
     return shows and not any(side.is_lamp or not _is_black(side.reflected) for side in sides)
+
+
+def _clear(side):
+    """The share that a Light lets straight through, 0 where it varies or something shines."""
+    return 0.0 if side.clear.varies or not _is_black(side.emitted) else float(side.clear.constant.min())
 
 
 def _is_black(value):

@@ -78,7 +78,7 @@ def lit(objects, samples):
         other.select_set(other in objects)
     for obj in objects:
         made = obj.data.color_attributes
-        made.active_color = made.new(PASS, "FLOAT_COLOR", "POINT")
+        made.active_color = made.get(PASS) or made.new(PASS, "FLOAT_COLOR", "POINT")
     bpy.context.view_layer.objects.active = objects[0]
     bpy.ops.object.bake(type="DIFFUSE", pass_filter={"DIRECT", "INDIRECT"})
     return np.concatenate([scenes.colours(obj, PASS)[:, :3] for obj in objects]).astype(float)

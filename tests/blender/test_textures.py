@@ -204,3 +204,39 @@ def test_nothing_of_blender_is_asked_later(read):
     before = colour_at(surface, np.zeros((1, 3)))
     bpy.ops.wm.read_homefile(use_factory_startup=False, use_empty=True)
     np.testing.assert_array_equal(colour_at(surface, np.zeros((1, 3))), before)
+
+
+def test_panes_let_light_in_or_do_not(addon):
+    """Beside Cycles, on a floor below: what lets most light through is nearer to nothing, what lets less to a wall; and
+    a face of a solid box alone that is clear lets the sun into the box."""
+    bake = addon("operators.baking.bake")
+    scenes.grid("Floor", 1, 0.5, made_of=scenes.material("Floor"))
+    pane = scenes.new_material("Pane")
+    alpha = pane.node_tree.nodes["Principled BSDF"].inputs["Alpha"]
+    scenes.grid("Pane", 1, 2.0, Matrix.Translation((0, 0, 1)), pane)
+    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.data.energy, sun.data.angle = 3.0, 0.0
+    bpy.context.collection.objects.link(sun)
+    floor, bpy.context.scene.world = bpy.data.objects["Floor"], None
+    settings = bake.BakeSettings(target_error=0.05, attribute="Ours", quantity="IRRADIANCE", domain="POINT")
+    for value in (0.2, 0.8):
+        alpha.default_value = value
+        bpy.context.view_layer.update()
+        bake.finish(bake.bake_steps(bpy.context, settings))
+        ours, theirs = scenes.colours(floor, "Ours")[:, 0].mean(), cycles_colours.lit([floor], 512).mean()
+        clear = 3.0 / np.pi
+        assert abs(theirs - (1 - value) * clear) < 0.03 * clear  # but for what the pane throws back
+        assert ours == pytest.approx(clear if value < 0.5 else 0.0, rel=1e-3, abs=1e-6)
+    bpy.data.objects.remove(bpy.data.objects["Pane"])
+    box = scenes.box("Box", 2.0, Matrix.Translation((0, 0, 0.9)), scenes.material("Wall"))
+    box.data.materials.append(pane)
+    top = max(box.data.polygons, key=lambda polygon: polygon.center.z)
+    top.material_index = 1
+    for value, expected in ((0.1, 3.0 / np.pi), (0.9, 0.0)):
+        alpha.default_value = value
+        bpy.context.view_layer.update()
+        reading = addon("operators.reading.read_scene").read_scene(bpy.context)
+        scene = reading.scene
+        got = addon("pdm_core").solve(scene, 0.05).irradiance([[0.0, 0.0, 0.3]], [[0.0, 0.0, 1.0]])[0, 0]
+        assert got >= expected if expected else got == pytest.approx(0.0, abs=1e-9)
+        assert any("clear" in text for text in reading.warnings) == (value < 0.5)
