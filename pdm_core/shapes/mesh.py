@@ -70,11 +70,13 @@ class Mesh(Shape):
         p, q, r = (self.vertices[self._corner[corners[:, k]]].T for k in range(3))
         sides = [dot(side, side) for side in (q - p, r - q, p - r)]
         across = cross(q - p, r - p)
-        corners = corners[np.sqrt(dot(across, across)) > FLATTEST * np.maximum.reduce(sides)]
+        keep = np.sqrt(dot(across, across)) > FLATTEST * np.maximum.reduce(sides)
         # vertices at one place are one here: doubled faces need not share them, nor begin with the same one
         key = np.add.reduceat(_names(self.vertices)[self._corner], self._start[:-1])
         first = np.unique(key, return_index=True)[1]
-        return corners[np.isin(np.searchsorted(self._start, corners[:, 0], side="right") - 1, first)]
+        if len(first) < len(key):
+            keep &= np.isin(np.searchsorted(self._start, corners[:, 0], side="right") - 1, first)
+        return corners[keep]
 
     @cached_property
     def triangles(self):
