@@ -18,16 +18,21 @@ LINES = 2  # cuts along each edge at most, at contacts; as many rims of gaps, ea
 NARROW = 0.1  # width of a gap, of the other plane's radius, up to which a chart ends at its rim
 STRIP, THIN = 8.0, 0.03  # widths of strips along rims, of the gap, and of a gap that has them, of the planes' radii
 ALIGNED, APART = 1e-5, 2e-4  # of the edges: how far from straight along the chart, and how near each other, rims are
+NUDGE = 1e-7, 1e-2  # of its edges: how far points on a plane's border are moved inwards, off the neighbour's plane
+JUMP = 2.5  # times that: off a line where light jumps
+ROOM = 8.0  # times that: between lines, and between them and a border, where there are to be points
 FACING = 0.7  # least cosine between planes that have a gap between them; others stand on each other
 
 
 @dataclass(frozen=True)
 class Charts:
     """cuts (n surfaces, 2, CHARTS + 1): of planes along both edges, from 0 to 1, padded with 1 behind; jumps, of the
-    same shape: whether light may jump at a cut, so that the charts beside it share no nodes."""
+    same shape: whether light may jump at a cut, so that the charts beside it share no nodes; border (n surfaces, 2): of
+    their edges, what points keep from the planes' own."""
 
     cuts: np.ndarray
     jumps: np.ndarray
+    border: np.ndarray
 
     @property
     def across(self):
@@ -42,23 +47,32 @@ class Charts:
 def charts_of(scene):
     """The Charts of a scene, found once."""
     if "_charts" not in scene.__dict__:
-        surface, axis, at, weight = (np.concatenate(part) for part in zip(_rims(scene), _contact_lines(scene)))
+        border = _border(scene)
+        parts = zip(_rims(scene), _contact_lines(scene, border))
+        surface, axis, at, weight = (np.concatenate(part) for part in parts)
         line, jump = 2 * surface + axis, np.isfinite(weight)
-        line, at, jump = _chosen(line, at, jump, weight)
+        line, at, jump = _chosen(line, at, jump, weight, border.ravel())
         cuts, jumps = np.ones((2 * len(scene), CHARTS + 1)), np.zeros((2 * len(scene), CHARTS + 1), bool)
         cuts[:, 0] = 0.0
         place = 1 + np.arange(len(line)) - np.searchsorted(line, line)
         cuts[line, place], jumps[line, place] = at, jump
         shape = (len(scene), 2, CHARTS + 1)
-        object.__setattr__(scene, "_charts", Charts(cuts.reshape(shape), jumps.reshape(shape)))
+        object.__setattr__(scene, "_charts", Charts(cuts.reshape(shape), jumps.reshape(shape), border))
     return scene._charts
 
 
-def _chosen(line, at, jump, weight):
+def _border(scene):
+    """(n surfaces, 2): of planes' edges, what points keep from them."""
+    linear = np.array([s.shape.linear for s in scene.surfaces])
+    edges = np.maximum(np.linalg.norm(linear[:, :, :2], axis=1), 1e-300)
+    return np.clip(contacts_of(scene).apart / edges, *NUDGE)
+
+
+def _chosen(line, at, jump, weight, border):
     """Of possible cuts (k,) those of most weight, apart from each other and CHARTS - 1 a line, sorted along it."""
     order = np.lexsort((at, line))
     beside = jump[order] & np.append(False, jump[order][:-1])
-    far = np.diff(at[order], prepend=-1.0) > np.where(beside, TOUCHING, APART)
+    far = np.diff(at[order], prepend=-1.0) > np.where(beside, np.maximum(TOUCHING, ROOM * border[line[order]]), APART)
     group = np.cumsum(far | (np.diff(line[order], prepend=-1) > 0))
     order = order[np.lexsort((-weight[order], group))]
     order = order[np.unique(np.sort(group), return_index=True)[1]]  # the weightiest of those that lie together
@@ -105,7 +119,7 @@ def _apart(at):
     return at[np.diff(at, prepend=-1.0) > APART]
 
 
-def _contact_lines(scene):
+def _contact_lines(scene, border):
     """Where planes stand on planes or cross them, along one of their edges: surface, axis, at, weight (k,) of possible
     cuts, the longer the weightier."""
     contacts = contacts_of(scene)
@@ -126,7 +140,10 @@ def _contact_lines(scene):
     low, high = np.where(there, ends, np.inf).min(axis=1), np.where(there, ends, -np.inf).max(axis=1)
     low, high = np.nan_to_num(low, posinf=2.0), np.nan_to_num(high, neginf=-2.0)
     middle, length = (low + high) / 2, np.minimum(high, 1.0) - np.maximum(low, 0.0)
-    is_line = (high - low < ALIGNED) & (length[:, ::-1] > APART) & (middle > TOUCHING) & (middle < 1 - TOUCHING)
+    border = border[surface]
+    room = np.maximum(TOUCHING, ROOM * border)
+    is_line = (high - low < np.maximum(ALIGNED, border)) & (length[:, ::-1] > APART)
+    is_line &= (middle > room) & (middle < 1 - room)
     sign = np.array([s.sign for s in scene.surfaces])[surface]
     k, axis = np.nonzero(is_line & ((sign[:, None] * height).max(axis=1) > 0)[:, None])
     return surface[k], axis, middle[k, axis], length[k, 1 - axis]

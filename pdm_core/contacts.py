@@ -202,7 +202,7 @@ def _touching(scene):
     rank[np.lexsort((np.arange(len(rank)), -_rounded(planes.area)))] = np.arange(len(rank))
     i, j = np.where(rank[i] < rank[j], i, j), np.where(rank[i] < rank[j], j, i)
     height = np.einsum("kci,ki->kc", planes.corners[j] - planes.corners[i, :1], planes.normal[i])
-    flush = np.abs(height).max(axis=1, initial=0) <= scene.tolerance
+    flush = np.abs(height).max(axis=1) <= scene.tolerance
     over = flush & overlap(planes.corners, planes.normal, i, j, scene.tolerance)
     inward, loose = _bodies(planes, i, j, scene.tolerance)
     same, side = _side(planes, i[over], j[over], inward)
@@ -213,8 +213,8 @@ def _touching(scene):
         tolerance_of(scene.shapes, 0.0), 2 * heights.max(initial=0), 2 * np.abs(corners - planes.corners).max(initial=0)
     )
     parted = _part(corners, planes.normal, i[over][apart], j[over][apart], side[apart], PARTED * tolerance)
-    rest = np.flatnonzero(~flush & (height.min(axis=1, initial=0) <= scene.tolerance))
-    rest = rest[height[rest].max(axis=1, initial=0) >= -scene.tolerance]
+    rest = np.flatnonzero(~flush & (height.min(axis=1) <= scene.tolerance))
+    rest = rest[height[rest].max(axis=1) >= -scene.tolerance]
     ball, plane = _rests(scene, planes)
     stands = (
         np.concatenate([planes.index[i[rest]], planes.index[j[rest]], ball]),

@@ -51,7 +51,7 @@ class Field:
     def __init__(self, scene):
         self.scene, self.contacts = scene, contacts_of(scene)
         self._frames()
-        self.kinds = Rectangles(scene, GRID, self.contacts.apart), Cubes(scene, GRID, self.depth)
+        self.kinds = Rectangles(scene, GRID), Cubes(scene, GRID, self.depth)
         self.kind = np.array([s.shape.is_ball for s in scene.surfaces], int)  # (n surfaces,) which of the kinds
         self.charts = charts = np.choose(self.kind, [kind.count for kind in self.kinds])
         self.root = np.concatenate([[0], np.cumsum(charts)[:-1]])  # first root cell of each surface

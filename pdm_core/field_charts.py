@@ -5,11 +5,8 @@ Arrays are those of surfaces (n,) of one kind; each kind answers the same questi
 
 import numpy as np
 
-from .charts import CHARTS, charts_of
+from .charts import CHARTS, JUMP, charts_of
 from .shapes.shape import unit
-
-NUDGE = 1e-7, 1e-2  # of its edges: how far points on a plane's border are moved inwards, off the neighbour's plane
-JUMP = 2.5  # times that: off a line where light jumps
 
 
 def graded(t):
@@ -28,16 +25,15 @@ def ungraded(s):
 
 class Rectangles:
     """Charts of a scene's planes: cuts, jumps, across, see charts; starts (n surfaces, 2, CHARTS) in lattice steps,
-    grid of them a chart; count (n surfaces,) of charts; apart m: what points keep from borders."""
+    grid of them a chart; count (n surfaces,) of charts; border: see charts."""
 
-    def __init__(self, scene, grid, apart):
+    def __init__(self, scene, grid):
         self.scene, self.grid = scene, grid
         layout = charts_of(scene)
         self.cuts, self.jumps, self.across = layout.cuts, layout.jumps, layout.across
         self.starts, self.count = layout.starts(grid), layout.across.prod(axis=1)
         self.linear = np.array([s.shape.linear for s in scene.surfaces])
-        edges = np.maximum(np.linalg.norm(self.linear[:, :, :2], axis=1), 1e-300)
-        self.border = np.clip(apart / edges, *NUDGE)  # (n surfaces, 2)
+        self.border = layout.border
 
     def lattice(self, surface, face, steps):
         """Numbers of charts and lattice steps (n, 2) -> places (n, 3) on the surfaces' lattices."""

@@ -15,8 +15,8 @@ from ..shapes.shape import unit
 
 KEPT = 16.0  # tolerances that points keep from the borders of their shapes
 PARTED = 24.0  # tolerances between layers of shapes in one plane: more than MET, and what their own rounding takes
-WIDER = 2.0, 1e-2  # tolerances that facets reach beyond their borders, lest rays slip between those that touch; of each
-# one's height at most
+WIDER = 2.0  # tolerances that facets reach beyond their borders, lest rays slip between those that touch
+POINTED = 64.0, 1e-2  # tolerances, or of its length, that a facet's corners move at most by this: where it is a sliver
 FINEST = 1e-10  # of the scene's size: the least tolerance, at which what our sums lose at a slant is within WIDER
 AROUND = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])  # in its chart, of what is around a flat shape
 FEW = 8  # corners of shapes that may be a room's walls
@@ -65,13 +65,21 @@ class Facets:
         self.ball_inverse = np.array([shapes[k].inverse for k in balls]).reshape(-1, 3, 3)
 
     def _widen(self):
-        """Moves the borders of all facets outwards by WIDER: walls whose coordinates were rounded apart are closed."""
+        """Moves the borders of all facets outwards by WIDER: walls whose coordinates were rounded apart are closed.
+        Their charts tell where they lie all the same."""
         edges = np.linalg.norm(np.stack([self.v, self.u, self.u - self.v]), axis=2)
         area = np.maximum(np.linalg.norm(np.cross(self.u, self.v), axis=1), 1e-300)
-        s, t, beyond = np.minimum(WIDER[0] * self.tolerance * edges / area, WIDER[1])
+        s, t, beyond = WIDER * self.tolerance * edges / area
+        beyond = np.where(self.triangle, s + t + beyond, 2 * np.maximum(s, t))
+        most = np.maximum(POINTED[0] * self.tolerance / np.maximum(edges.max(axis=0), 1e-300), POINTED[1])
+        scale = np.minimum(1, most / beyond)
+        s, t, beyond = s * scale, t * scale, beyond * scale
+        grown = 1 + np.stack([np.where(self.triangle, beyond, 2 * k) for k in (s, t)], axis=1)
         self.origin -= s[:, None] * self.u + t[:, None] * self.v
-        self.u = self.u * (1 + np.where(self.triangle, s + t + beyond, 2 * s))[:, None]
-        self.v = self.v * (1 + np.where(self.triangle, s + t + beyond, 2 * t))[:, None]
+        self.u, self.v = self.u * grown[:, :1], self.v * grown[:, 1:]
+        first, along = self.chart[:, :, :1], self.chart[:, :, 1:]
+        first = first - along @ np.stack([s, t], axis=1)[:, :, None]
+        self.chart = np.concatenate([first, along * grown[:, None]], axis=2)
 
     def blocking(self, light):
         """The Facets of what may block a Light: what rays towards it meet, and not from where they start."""

@@ -138,7 +138,9 @@ class Nodes:
         node, weight = np.zeros((len(facet), 4), np.int32), np.zeros((len(facet), 4), np.float32)
         mesh = np.flatnonzero(carries & ~self.charts.has[own])
         if len(mesh):
-            node[mesh, :3], weight[mesh, :3] = self.on_meshes(own[mesh], facet[mesh], at[mesh])
+            there = self._chart_at(facet[mesh], at[mesh])
+            there /= np.maximum(there.sum(axis=1, keepdims=True), 1.0)
+            node[mesh, :3], weight[mesh, :3] = self.on_meshes(own[mesh], facet[mesh], there)
         flat = np.flatnonzero(carries & self.charts.has[own])
         if len(flat):
             node[flat], weight[flat] = self.lattice.columns(own[flat], self._chart_at(facet[flat], at[flat]))
@@ -150,7 +152,7 @@ class Nodes:
         return self.first[own][:, None] + group, weight
 
     def _chart_at(self, facet, at):
-        """Chart positions (h, 2) of hits; a facet's own (s, t) are on it."""
+        """Chart positions (h, 2) of hits; a facet's own (s, t) are on it, a little wider than the shape is."""
         local = np.flatnonzero(facet < self.facets.count)
         chart = self.facets.chart.take(facet[local], axis=0)
         at = at.astype(float)

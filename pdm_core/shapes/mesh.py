@@ -15,6 +15,7 @@ from ..ears import triangulated
 from ..nearest import NearestTriangle
 from .mesh_light import MeshLight
 from .plane import Facet
+from .rims import ways_in
 from .shape import FLATTEST, Shape, unit
 from .triangles import INNER, barycentric, inner, spread_over
 
@@ -201,10 +202,20 @@ class Mesh(Shape):
         return triangle, weights
 
     @cached_property
+    def _names(self):
+        """(t, 3) names of the places of triangles' corners."""
+        return _names(self.vertices)[self.triangles]
+
+    @cached_property
+    def _rims(self):
+        """See ways_in."""
+        return ways_in(self._names, self._points, self.triangle_normals)
+
+    @cached_property
     def _corner_names(self):
         """Names (k,), sorted, of the places where triangles have corners, and a corner there of each (k,): what is read
         off at vertices needs no search."""
-        return np.unique(_names(self.vertices)[self.triangles.ravel()], return_index=True)
+        return np.unique(self._names.ravel(), return_index=True)
 
     def project(self, points):
         """points (n, 3) -> nearest points (n, 3) on the shape."""
@@ -258,10 +269,27 @@ class Mesh(Shape):
             smooth = np.where(given[:, None], np.nan_to_num(normals), smooth)
         length = np.linalg.norm(smooth, axis=1, keepdims=True)
         smooth = np.where(length > 1e-12, smooth / np.maximum(length, 1e-300), flat)
-        place = np.einsum("nk,nki->ni", inner(bary), self._points[triangle])
+        bary = inner(bary)
+        place = np.einsum("nk,nki->ni", bary, self._points[triangle]) + self._inward(triangle, bary, least)
         lift = np.maximum(LIFTED * np.sqrt(self.areas[triangle]), least)
         # off the face, or along the light's own normal where faces meet in a ridge
         return place + lift[:, None] * (flat + smooth) / 2, smooth
+
+    def _inward(self, triangle, bary, least):
+        """(n, 3) m: how far points, bary (n, 3) on triangles (n,), are moved along them, so as to keep at least so many
+        m from where the mesh ends: what touches it there may be a little before them."""
+        out, least = np.zeros((len(triangle), 3)), min(least, self.thickness / 4)
+        corners = self._points[triangle]
+        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        some = np.flatnonzero(least * longest > 2 * INNER * self.areas[triangle])  # else they keep it anyway
+        if not len(some) or not len(self._rims[0]):
+            return out
+        (names, ways), name = self._rims, self._names[triangle[some]]
+        found = np.minimum(np.searchsorted(names, name), len(names) - 1)
+        way = np.einsum("nk,nki->ni", np.where(names[found] == name, bary[some], 0.0), ways[found])
+        normal = self.triangle_normals[triangle[some]]
+        out[some] = least * (way - np.einsum("ni,ni->n", way, normal)[:, None] * normal)
+        return out
 
     def spread(self, count):
         """Points (count, 3) m spread evenly over the area."""
