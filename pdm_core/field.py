@@ -143,7 +143,7 @@ class Field:
 
     def _normal(self, surface, local):
         across = np.einsum("nji,nj->ni", self.inverse.take(surface, axis=0), local)
-        return unit(self._each("normals", surface, across)) * self.sign[surface][:, None]
+        return unit(self._each("normals", surface, local, across)) * self.sign[surface][:, None]
 
     def _nodes_of(self, cells):
         half = (GRID >> self.level[cells]) // 2

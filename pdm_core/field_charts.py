@@ -33,6 +33,7 @@ class Rectangles:
         self.cuts, self.jumps, self.across = layout.cuts, layout.jumps, layout.across
         self.starts, self.count = layout.starts(grid), layout.across.prod(axis=1)
         self.linear = np.array([s.shape.linear for s in scene.surfaces])
+        self.twist = np.array([s.shape.twist for s in scene.surfaces])
         self.border = layout.border
 
     def lattice(self, surface, face, steps):
@@ -62,9 +63,11 @@ class Rectangles:
         at = sides[0] + (sides[1] - sides[0]) * graded(t)
         return np.column_stack([at, 0 * at[:, 0]])
 
-    def normals(self, surface, across):
-        """across (n, 3): local coordinates through the inverse map -> vectors (n, 3) along the fronts' normals."""
-        return self.linear[surface, :, 2]
+    def normals(self, surface, local, across):
+        """local, across (n, 3): coordinates, and these through the inverse map -> vectors (n, 3) along the fronts'
+        normals; near each edge of a plane as that lies."""
+        u, v, twist = self.linear[surface, :, 0], self.linear[surface, :, 1], self.twist[surface]
+        return np.cross(u + local[:, 1:2] * twist, v + local[:, :1] * twist)
 
     def number(self, surface, face):
         """(n, 2): charts' numbers along both edges"""
@@ -89,7 +92,7 @@ class Rectangles:
         """Points (n, 3) m of one surface moved off its border."""
         shape, border = self.scene.surfaces[surface].shape, self.border[surface]
         local = shape.local(points)
-        local[:, :2] = np.clip(local[:, :2], border, 1 - border)
+        local[:, :2], local[:, 2] = np.clip(local[:, :2], border, 1 - border), 0.0  # where `world` puts the twist
         return shape.world(local)
 
     def at(self, surface, local):
@@ -128,7 +131,7 @@ class Cubes:
         local[rows, axis] = np.where(face >= 3, 1.0, -1.0)
         return unit(local)
 
-    def normals(self, surface, across):
+    def normals(self, surface, local, across):
         return across
 
     def number(self, surface, face):

@@ -105,15 +105,15 @@ class Transport:
         field: [(s, index (k,), factors (k, lights + 1), of exact sources (k, e), cells (k,), weights (k, 9), covered)];
         exact: of each surface, which of the reflectors are taken so.
         """
-        on, x, normals = np.empty((3, *points.shape))
+        x, normals = np.empty((2, *points.shape))
         present = np.unique(surface)
         parts = [np.flatnonzero(surface == s) for s in present]
         sources = [self.reflectors[exact[s]] for s in present]
         wanted = [np.union1d(self.lights, some) for some in sources]
         for s, part in zip(present, parts):
             own = self.scene.surfaces[s]
-            on[part] = own.shape.project(points[part])
-            normals[part], x[part] = own.normals(on[part]), self.field.inset(s, on[part])
+            x[part] = self.field.inset(s, own.shape.project(points[part]))
+            normals[part] = own.normals(x[part])
         factors = self._factors(x, normals, surface, parts, wanted)
         covered, out = contacts_of(self.scene).covered(x, surface), []
         for s, part, needed, some, factor in zip(present, parts, wanted, sources, factors):

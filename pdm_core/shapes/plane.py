@@ -99,6 +99,13 @@ class Plane(Flat):
         centre = self.origin + (self.u + self.v) / 2
         return centre, float(np.linalg.norm(self.corners - centre, axis=1).max())
 
+    def normals(self, points):
+        """Unit normals (n, 3) of the front at points (n, 3): near each edge as that lies, whatever the others do."""
+        if self.half or not self.twist.any():
+            return super().normals(points)
+        s, t = self.local(points)[:, :2, None].swapaxes(0, 1)
+        return unit(np.cross(self.u + t * self.twist, self.v + s * self.twist))
+
     def project(self, points):
         """points (n, 3) -> nearest points (n, 3) on the shape, local coordinates clipped to the outline."""
         local = self.local(points)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from test_contacts import PLACES, Place
 
-from pdm_core import Plane, Polygon, Scene, Sphere, Surface
+from pdm_core import Mesh, Plane, Polygon, Scene, Sphere, Surface
 from pdm_core.rays.solution import ray_steps
 from pdm_core.signs_of_life import finish
 
@@ -41,6 +41,26 @@ def test_walls_that_rounding_parted_keep_the_sky_out(offset, polygons):
     solution = by_rays(Scene(walls, 1.0, rounding=SINGLE))
     points = place(np.random.default_rng(1).uniform(-1, 1, (2000, 3)))
     assert max(solution.radiance(k, points).max() for k in range(6)) == 0
+
+
+def grid(wall, cells):
+    """A wall as a mesh of its own of cells x cells faces, its vertices as single precision holds them."""
+    c, (s, t) = wall.corners, np.meshgrid(*[np.linspace(0, 1, cells + 1)] * 2, indexing="ij")
+    points = c[0] + s[..., None] * (c[1] - c[0]) + t[..., None] * (c[3] - c[0])
+    k = np.arange(s.size).reshape(s.shape)
+    faces = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1, 4)
+    return Mesh(points.reshape(-1, 3).astype(np.float32).astype(float), faces, smooth=False)
+
+
+@pytest.mark.parametrize("cells", [1, 4, 24])
+@pytest.mark.parametrize("offset", [(0, 0, 0), (1000, 2000, 3), (10_000, -20_000, 3)])
+def test_walls_of_separate_meshes_keep_the_sky_out(offset, cells):
+    """Read at their vertices too, which rounding puts before or behind the next wall; cells down to 17 tolerances."""
+    place = Place(2.1, offset)
+    walls = place.box((-1, -1, -1), (1, 1, 1), inward=True)
+    walls = [Surface(grid(wall.shape, cells), 0.7) for wall in walls]
+    solution = by_rays(Scene(walls, 1.0, rounding=SINGLE))
+    assert max(solution.radiance(k, w.shape.vertices).max() for k, w in enumerate(walls)) == 0
 
 
 @pytest.mark.parametrize("rounding", [DOUBLE, SINGLE])
