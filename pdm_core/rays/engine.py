@@ -63,6 +63,7 @@ class RayState:
         new = np.flatnonzero(old < 0)
         yield from self.trace(new)
         hidden = yield from in_thread(covered, self.traced, self.nodes, new)
+        hidden |= yield from in_thread(self.nodes.other_side, new, hidden)
         kept, changed = yield from in_thread(self.nodes.uncover, new, hidden)
         self.traced, old = self.traced.moved(len(kept), kept), old[kept]
         yield from self.trace(changed)

@@ -64,6 +64,12 @@ class Lattice:
 
     # -- values --------------------------------------------------------------------------------------------------
 
+    def at(self, chart, at):
+        """Leaves (h,) at places (h, 2) in [0, 1]^2 on charts (h,)."""
+        size = self.size.take(chart, axis=0)
+        cell = np.minimum((at * size).astype(np.int32), size - 1)
+        return self.leaf.take(self.first.take(chart) + cell[:, 0] * size[:, 1] + cell[:, 1])
+
     def columns(self, chart, at):
         """Leaves (h, 4) and weights (h, 4) that interpolate at places (h, 2) in [0, 1]^2 on charts (h,)."""
         size = self.size.take(chart, axis=0)

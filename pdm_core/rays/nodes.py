@@ -14,6 +14,7 @@ from .lattice import NEXT, Lattice
 from .merged import PLACES, Merged
 from .on_charts import OnCharts
 from .placed import Placed
+from .standing import PartedCells, Standing
 
 FIRST = 64  # cells along an axis to begin with at most
 USUAL = 3000  # cells to begin with, where there are fewer shapes
@@ -31,6 +32,7 @@ class Nodes:
     def __init__(self, facets, sends):
         self.facets, self.sends, scene = facets, sends, facets.scene
         self.charts = charts = OnCharts([s.shape for s in scene.surfaces])
+        self.standing = Standing(facets, charts)
         area = scene.areas[sends].sum() or 1.0
         size = np.sqrt(area / USUAL)  # m, of a cell, and of those in which a mesh's vertices are merged
         self.meshes = Merged(facets, np.flatnonzero(~charts.has & sends), size)
@@ -81,6 +83,23 @@ class Nodes:
         """(n,) m^2 of what is seen of each."""
         return self.share * self.charts.area[self.surface] * (1 - self.hidden.mean(axis=1))
 
+    @cached_property
+    def parted(self):
+        """PartedCells of the cells."""
+        return PartedCells(self.standing, self.lattice, self._on_charts(np.arange(len(self.lattice))), self.hidden)
+
+    def _on_charts(self, cells):
+        """Places (k, PLACES, 2) of cells (k,) on their charts."""
+        points = self.places.exact.reshape(-1, PLACES, 3)[cells].reshape(-1, 3)
+        return self.charts.places(np.repeat(self.surface[cells], PLACES), points).reshape(-1, PLACES, 2)
+
+    def other_side(self, new, hidden):
+        """(k, PLACES) bool of the nodes new (k,): which places what stands there parts from most of the others; hidden
+        (k, PLACES) bool: which nothing comes to."""
+        out, cells = np.zeros_like(hidden), np.flatnonzero(new < len(self.lattice))
+        out[cells] = self.parted.other_side(new[cells], self._on_charts(new[cells]), hidden[cells])
+        return out
+
     def uncover(self, new, hidden):
         """Leaves out places, hidden (k, PLACES) bool of the nodes new (k,), that nothing comes to: others of the same
         cell stand in for them, and cells without any are no nodes. Returns which of the nodes (n,) are left, and which
@@ -100,7 +119,8 @@ class Nodes:
         self.lattice = self.lattice.without(lost[: len(self.lattice)])
         for name in ("surface", "share", "hidden"):
             setattr(self, name, getattr(self, name)[kept])
-        self.__dict__.pop("weight", None)
+        for name in ("weight", "parted"):
+            self.__dict__.pop(name, None)
         return kept, np.searchsorted(kept, changed)
 
     def of(self, scene):
@@ -143,7 +163,9 @@ class Nodes:
             node[mesh, :3], weight[mesh, :3] = self.on_meshes(own[mesh], facet[mesh], there)
         flat = np.flatnonzero(carries & self.charts.has[own])
         if len(flat):
-            node[flat], weight[flat] = self.lattice.columns(own[flat], self._chart_at(facet[flat], at[flat]))
+            there = self._chart_at(facet[flat], at[flat])
+            node[flat], near = self.lattice.columns(own[flat], there)
+            weight[flat] = self.parted.reached(node[flat], near, there)
         return node, weight
 
     def on_meshes(self, own, facet, at):
@@ -173,7 +195,7 @@ class Nodes:
         """cells (k, 2) bool: which are halved along which axis; meshes (n surfaces,) bool: which are merged less ->
         Nodes, whose `old` (n,) is which node of these each was, -1 of new ones."""
         new = copy.copy(self)
-        for name in ("weight", "reflectance"):
+        for name in ("weight", "reflectance", "parted"):
             new.__dict__.pop(name, None)
         new.meshes = self.meshes.finer(meshes)
         new._lay_out(*self.lattice.split(cells), self)

@@ -1,0 +1,162 @@
+"""What stands on flat surfaces parts their cells: light on one side of a partition is no light on the other.
+
+Where a facet of another shape meets a surface lies a segment of its chart. A cell that it runs through is one of the
+side where most of it is; what is met on the other side takes the light of the cells there.
+"""
+
+import numpy as np
+
+from ..at_once import AT_ONCE
+from ..contacts import near
+
+ON = 6.0  # tolerances within which a facet's corner lies in a plane: more than the facets have been widened
+ALIKE = 1e-3  # sine up to which two planes lie in one
+BORDER = 1e-4  # of a chart: on its border nothing lies beyond a segment
+DENSE = 4  # points along a segment, for each of the finest cells, that tell which cells it runs through
+ASIDE = 1e-7  # of the chart: to both sides of a segment that runs between cells
+ASKED = 4  # of a cell's places: from which it is tried to reach most of the others
+
+
+class Standing:
+    """Of Facets, and the charts of their surfaces: surface (k,) that segments lie on, ends a, b (k, 2) on its chart."""
+
+    def __init__(self, facets, charts):
+        parts = [(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)))]
+        parts += [_segments(facets, charts, own, facet) for own, facet in _pairs(facets)]
+        self.surface, self.a, self.b = (np.concatenate(part) for part in zip(*parts))
+
+    def through(self, lattice):
+        """Which segments run through which leaves: Lists of segments by leaf."""
+        size = lattice.size[self.surface]
+        length = (np.abs(self.b - self.a) * size).max(axis=1)
+        count = np.where(lattice.number[self.surface] > 0, np.ceil(DENSE * length).astype(int) + 1, 0)
+        which = np.repeat(np.arange(len(count)), count)
+        step = (np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)) / np.maximum(count - 1, 1)[which]
+        at, along = self.a[which] + step[:, None] * (self.b - self.a)[which], (self.b - self.a)[which]
+        across = along[:, ::-1] * (-1, 1) / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+        at = np.concatenate([at - ASIDE * across, at + ASIDE * across])
+        which = np.tile(which, 2)
+        some = np.flatnonzero(((at > 0) & (at < 1)).all(axis=1))
+        leaf = lattice.at(self.surface[which[some]], at[some])
+        pairs = np.unique(leaf * len(count) + which[some])
+        return Lists(*np.divmod(pairs, max(len(count), 1)), len(lattice))
+
+    def part(self, k, p, q):
+        """Whether segments k (n,) lie between places p and q (n, ..., 2) of their charts -> (n, ...)"""
+        shape = (len(k), *(1,) * (p.ndim - 2), 2)
+        a, b = self.a[k].reshape(shape), self.b[k].reshape(shape)
+        one, other = _turn(b - a, p - a), _turn(b - a, q - a)
+        return (one * other < 0) & (_turn(q - p, a - p) * _turn(q - p, b - p) <= 0)
+
+
+class Lists:
+    """Of `count` keys values (k,), keys (k,) sorted."""
+
+    def __init__(self, keys, values, count):
+        self.values, self.number = values, np.bincount(keys, minlength=count)
+        self.first = np.cumsum(self.number) - self.number
+
+    def of(self, keys):
+        """keys (n,) -> positions (m,) among them and the values (m,) of each in turn."""
+        number = self.number[keys]
+        which = np.repeat(np.arange(len(keys)), number)
+        step = np.arange(len(which)) - np.repeat(np.cumsum(number) - number, number)
+        return which, self.values[self.first[keys][which] + step]
+
+
+class PartedCells:
+    """Cells of a lattice, and segments that part them: places (k, PLACES, 2) of the cells on their charts."""
+
+    def __init__(self, standing, lattice, places, hidden):
+        self.standing, self.lists = standing, standing.through(lattice)
+        self.touched = self.lists.number > 0
+        alive = ~hidden[..., None]
+        self.centre = (places * alive).sum(axis=1) / np.maximum(alive.sum(axis=1), 1)
+
+    def reached(self, leaf, weight, at):
+        """weight (h, 4) of leaves (h, 4) for what is met at places (h, 2), those beyond what stands there 0."""
+        some = np.flatnonzero(self.touched.take(leaf).any(axis=1))
+        for start in range(0, len(some), AT_ONCE):
+            part = some[start : start + AT_ONCE]
+            which, segment = self.lists.of(leaf[part].ravel())
+            hit = which // 4
+            to = self.centre[leaf[part]][hit]
+            beyond = np.zeros((len(part), 4), bool)
+            apart = self.standing.part(segment, at[part][hit][:, None], to)
+            rows, columns = np.nonzero(apart)
+            beyond[hit[rows], columns] = True
+            left = np.where(beyond, 0, weight[part])
+            total = left.sum(axis=1, keepdims=True)
+            weight[part] = np.where(total > 0, left / np.where(total > 0, total, 1), weight[part])
+        return weight
+
+    def other_side(self, which, places, hidden):
+        """(k, PLACES) bool of cells which (k,), their places (k, PLACES, 2): those that what stands there parts from
+        most of the others; hidden (k, PLACES) bool: which do not count."""
+        out = np.zeros(hidden.shape, bool)
+        some = np.flatnonzero(self.touched[which])
+        for start in range(0, len(some), AT_ONCE // places.shape[1]):
+            part = some[start : start + AT_ONCE // places.shape[1]]
+            cell, segment = self.lists.of(which[part])
+            asked = places[part][:, :: places.shape[1] // ASKED, None]
+            apart = np.zeros((len(part), asked.shape[1], places.shape[1]), bool)
+            found = self.standing.part(segment, asked[cell], places[part][cell][:, None])
+            rows = np.nonzero(found)
+            apart[cell[rows[0]], rows[1], rows[2]] = True
+            number = (~apart & ~hidden[part][:, None]).sum(axis=2)
+            number[hidden[part][:, :: places.shape[1] // ASKED]] = -1
+            out[part] = apart[np.arange(len(part)), number.argmax(axis=1)]
+        return out
+
+
+def _turn(a, b):
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def _pairs(facets):
+    """Yields flat shapes (k,) and facets (k,) of others near them."""
+    number = np.bincount(facets.shape[: facets.count], minlength=len(facets.first))
+    shapes = np.flatnonzero(number)
+    if not len(shapes):
+        return
+    low, high = facets.boxes
+    begin = facets.first[shapes]
+    low, high = np.minimum.reduceat(low, begin, axis=1).T, np.maximum.reduceat(high, begin, axis=1).T
+    i, j = (shapes[k] for k in near(low, high, facets.tolerance))
+    i, j = np.concatenate([i, j]), np.concatenate([j, i])
+    keep = np.isin(i, facets.flat)
+    i, j = i[keep], j[keep]
+    ends = np.cumsum(number[j])
+    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1] if len(ends) else 0, AT_ONCE), side="right"))
+    for some in np.split(np.arange(len(i)), cuts):
+        count = number[j[some]]
+        step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        yield np.repeat(i[some], count), np.repeat(facets.first[j[some]], count) + step
+
+
+def _segments(facets, charts, own, facet):
+    """surface (k,), a, b (k, 2): where facets (n,) stand on flat shapes own (n,)."""
+    sides, normal = facets.surface[facets.first[own]], facets.normal[facets.first[own]]
+    known = sides.max(axis=1)  # of either side, whose chart is the shape's
+    origin = charts.origin[known] - facets.centre + facets.moved[own, None] * normal
+    o, u, v = (array[facet] for array in (facets.origin, facets.u, facets.v))
+    last = np.where(facets.triangle[facet, None], 0.0, u)
+    corners = np.stack([o, o + u, o + v + last, o + v], axis=1) - origin[:, None]
+    height = np.einsum("nci,ni->nc", corners, normal)
+    height[np.abs(height) <= ON * facets.tolerance] = 0.0
+    after, above = np.roll(corners, -1, axis=1), np.roll(height, -1, axis=1)
+    through = height * above < 0
+    part = np.divide(height, height - above, out=np.zeros_like(height), where=through)[..., None]
+    ends = np.concatenate([corners, corners + part * (after - corners)], axis=1)
+    there = np.concatenate([height == 0, through], axis=1)
+    along = np.cross(normal, facets.normal[facet])
+    far, each = np.einsum("nci,ni->nc", ends, along), np.arange(len(ends))
+    first, last = np.where(there, far, np.inf).argmin(axis=1), np.where(there, far, -np.inf).argmax(axis=1)
+    a, b = (np.einsum("nij,nj->ni", charts.inverse[known, :2], ends[each, k]) for k in (first, last))
+    keep = (np.linalg.norm(along, axis=1) > ALIKE) & (first != last) & charts.has[known]
+    keep &= ((np.maximum(a, b) > BORDER) & (np.minimum(a, b) < 1 - BORDER)).all(axis=1)
+    out = []
+    for side, sign in enumerate((1, -1)):
+        some = np.flatnonzero(keep & (sides[:, side] >= 0) & (sign * height > 0).any(axis=1))
+        out.append((sides[some, side], a[some], b[some]))
+    return [np.concatenate(part) for part in zip(*out)]
