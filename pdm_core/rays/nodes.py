@@ -86,7 +86,8 @@ class Nodes:
     @cached_property
     def parted(self):
         """PartedCells of the cells."""
-        return PartedCells(self.standing, self.lattice, self._on_charts(np.arange(len(self.lattice))), self.hidden)
+        cells = np.arange(len(self.lattice))
+        return PartedCells(self.standing, self.lattice, self._on_charts(cells), self.hidden[cells])
 
     def _on_charts(self, cells):
         """Places (k, PLACES, 2) of cells (k,) on their charts."""
