@@ -161,6 +161,7 @@ class Nodes:
         if len(mesh):
             there = self._chart_at(facet[mesh], at[mesh])
             there /= np.maximum(there.sum(axis=1, keepdims=True), 1.0)
+            there = there.astype(np.float32)  # of which weights are made that sum to 1 all but exactly
             node[mesh, :3], weight[mesh, :3] = self.on_meshes(own[mesh], facet[mesh], there)
         flat = np.flatnonzero(carries & self.charts.has[own])
         if len(flat):

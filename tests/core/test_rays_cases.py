@@ -180,3 +180,44 @@ def test_a_ball_whose_middle_lies_in_a_plane(place, axes):
     assert top == pytest.approx(0.5, rel=1e-3) and bottom == pytest.approx(top, rel=1e-3)  # the sky is all around
     under = np.array([(0.2, 0.1, 0), (-0.3, 0.2, 0)])
     assert solution.radiance(1, place(under)).max() == 0
+
+
+@pytest.mark.parametrize("thick", [0, 1e-5, 0.1])
+@pytest.mark.parametrize("at", [2, 2.1])
+def test_no_light_comes_through_a_partition(place, thick, at):
+    """Cells of floor, ceiling and walls lie across it: the dark side had up to .06 of the lit one's .43."""
+    surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.7)
+    if thick:
+        surfaces += place.box((at - thick / 2, 0, 0), (at + thick / 2, 4, 3), reflectance=0.7)
+    else:
+        surfaces += place.sheet((at, 0, 0), (0, 4, 0), (0, 0, 3), reflectance=0.7)
+    surfaces += place.sheet((0.5, 1.5, 2.9), (0, 1, 0), (0.8, 0, 0), emission=10)
+    solution = by_rays(Scene(surfaces), 0.1)
+    points = np.random.default_rng(0).uniform((at + thick / 2 + 1e-4, 0, 0), (4, 4, 3), (300, 3))
+    points[::2, 0] = at + thick / 2 + np.geomspace(1e-4, 0.3, 150)
+    on = [(k, surfaces[k].shape.project(place(points))) for k in range(1, 6)]
+    assert max(solution.radiance(k, points).max() for k, points in on) == 0
+    assert mean(solution, 0) > 0.3
+
+
+@pytest.mark.parametrize("slant", [0.3, 1.1])
+def test_no_light_comes_through_a_partition_askew(place, slant):
+    """It runs through cells at a slant, and ends beyond the walls; cells that it hardly touches let .003 in."""
+    way, low = np.array([np.cos(slant), np.sin(slant), 0]), np.array([2.03, 1.97, 0])
+    surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.7)
+    surfaces += place.sheet(low - 4 * way, 8 * way, (0, 0, 3), reflectance=0.7)
+    surfaces += place.sheet((0.2, 3, 2.9), (0, 0.8, 0), (0.8, 0, 0), emission=10)
+    solution = by_rays(Scene(surfaces), 0.1)
+    points = np.random.default_rng(0).uniform((0, 0, 0), (4, 4, 0), (2000, 3))
+    side = (points - low) @ np.array([-way[1], way[0], 0])
+    light = solution.radiance(4, place(points))[:, 0]
+    assert light[side < -1e-3].max() < 0.01 and light[side > 0].mean() > 0.2
+
+
+@pytest.mark.parametrize(("gap", "grey"), [(0.01, 0.9), (0.01, 0.99), (0.01, 0.999), (1e-4, 0.999999)])
+def test_what_is_caught_between_white_planes_is_in_the_error(place, gap, grey):
+    """Everything sends out what it swallows, the sky too: the radiance is 1."""
+    planes = place.plane((0, 0, 0), (1, 0, 0), (0, 1, 0)), place.plane((0, 0, gap), (0, 1, 0), (1, 0, 0))
+    solution = by_rays(Scene([Surface(plane, grey, 1 - grey) for plane in planes], 1.0), 0.01)
+    off = [solution.radiance(k, plane.spread(400)) - 1 for k, plane in enumerate(planes)]
+    assert np.sqrt(np.mean(np.square(off))) < solution.error + 1e-4
