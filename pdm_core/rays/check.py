@@ -90,12 +90,15 @@ class Check:
             yield from self.looked_rays.trace(state.facets, lambda rows, _: places.take(rows), np.arange(len(places)))
 
     def _nodes(self, own, even):
-        """What the errors own (n, 3) of the nodes' rays cost once they are passed on, even: in the mean; yields."""
+        """What the errors own (n, 3) of the nodes' rays cost once passed on, even: in the mean, and light of lamps
+        that no point stands for, which is of one sign; yields."""
         state, nodes = self.state, self.state.nodes
-        passing = in_thread(passed_on, state.rows.times, nodes.reflectance, own, state.amplified)
-        passed = nodes.reflectance * (yield from passing)
+        square = 0.0
+        for error in (own, np.repeat(state.lost[:, None], 3, axis=1)):
+            passing = in_thread(passed_on, state.rows.times, nodes.reflectance, error, state.amplified)
+            square = square + (nodes.reflectance * (yield from passing)) ** 2
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
-        whole = self._relative(nodes.surface, nodes.weight, (passed**2).sum(axis=1), DIM_WITHIN)
+        whole = self._relative(nodes.surface, nodes.weight, square.sum(axis=1), DIM_WITHIN)
         return whole + CORRELATED * dim * even
 
     def _sent(self):

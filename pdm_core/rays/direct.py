@@ -29,25 +29,35 @@ TINTED = 64  # times as many points tell what is received of a source's colours 
 HALVED = 0.5  # what all points are off by, of what half of them are
 PAIRS = 1 << 20  # of points and receivers, at once
 UNSEEN = 1e-12
-BETWEEN = 0.3  # of a source's light that its points do not stand for: more of them are needed
+BETWEEN = 0.3  # of a source's light that its points do not stand for: more of them are needed, up to
+STAND = 256  # of them, whatever is told
 DIMMEST = 1e-6  # of a pattern, so that the whole lamp counts where its beam passes between the points that stand for it
 
 
 class Shares:
     """What receivers see of sources: factor (n, k) of the irradiance / pi, of unit radiance or as tinted (n, k, 3);
-    error (n,) radiance: how far it may be off, as half the points of each tell."""
+    error (n,) radiance: how far it may be off, as half the points of each tell, and where all agree what usually lies
+    between them: seen (2, k), how many receivers saw a part of each, and how many would have, did all of them."""
 
     def __init__(self, facets, sources, counts):
         self.facets, self.sources, self.counts = facets, sources, counts
+        self.seen = np.zeros((2, len(sources)))
+
+    def learn(self):
+        """Takes what was seen so far for usual; not while colours are read, lest one place hang on the others."""
+        for source, did, would in zip(self.sources, *self.seen):
+            source.partly = float(min(did / max(would, 1.0), 1.0))
 
     def at(self, receivers, tolerance, relative, points):
-        """Generator with a sign of life a bundle; returns factor (n, k, 3) and error (n,) of the light.
+        """Generator with a sign of life a bundle; returns factor (n, k, 3), error (n,) of the light, and lost (n,),
+        the light of sources that no point stands for: too much of it is taken, if anything.
 
         tolerance: of irradiance / pi, of all or of each (n,), for all sources together, or relative, of the light there
         unhidden, where that is more; points: of a source, at first and at most."""
         n = len(receivers)
         tolerance = np.broadcast_to(tolerance, n)
-        factor, error2, total = np.zeros((n, len(self.sources), 3), np.float32), np.zeros(n), np.zeros(n)
+        factor = np.zeros((n, len(self.sources), 3), np.float32)
+        error2, total, lost = np.zeros((3, n))
         for k, source in enumerate(self.sources):
             factor[:, k] = (yield from self._unoccluded(source, receivers))[:, None]
             total += factor[:, k, 0] * source.colour.max()
@@ -62,22 +72,28 @@ class Shares:
             may = np.maximum(np.maximum(tolerance[lit], relative * total[lit]), 1e-300)
             unsure = UNSURE * np.sqrt(light * total[lit]) / may
             needed = unsure ** (1 / POWER) / 2
-            share, off = np.ones((len(lit), 3)), np.zeros(len(lit))
+            share, (off, between) = np.ones((len(lit), 3)), np.zeros((2, len(lit)))
             few = points[0] // FACTOR
             most = points[0] if len(self.sources) <= MANY else few
             begun = np.select([needed <= 1, needed <= few], [1, few], most)
-            for count in np.unique(begun):
-                some = np.flatnonzero(begun == count)
+            for begin in np.unique(begun):
+                some, count = np.flatnonzero(begun == begin), begin
                 while len(some):
                     part = receivers.take(lit[some])
-                    share[some], off[some], partly = yield from self._share(source, part, count, whole[lit[some]])
-                    again = partly & (needed[some] > count)
+                    found = yield from self._share(source, part, count, whole[lit[some]])
+                    share[some], off[some], between[some], agree, number = found
+                    if count == begin:
+                        self.seen[:, k] += (~agree).sum(), (1 - 1 / number).sum()
+                    again = np.where(agree, off[some] * unsure[some] > 1, needed[some] > count)
+                    again &= count < points[1]
+                    again |= (between[some] > BETWEEN) & (count < STAND)
                     count *= FACTOR
-                    some = some[again] if count <= points[1] else some[:0]
+                    some = some[again]
             tint, told = yield from self._tint(source, receivers.take(lit), points[0])
             factor[lit, k] = whole[lit, None] * share * tint
-            error2[lit] += (light * np.maximum(off, told)) ** 2
-        return factor, np.sqrt(error2)
+            error2[lit] += (light * np.maximum(np.maximum(off, between), told)) ** 2
+            lost[lit] += light * between
+        return factor, np.sqrt(error2), lost
 
     def scattered(self, receivers):
         """Generator with a sign of life a bundle; returns factor (n, k, 3) as `at` does, each receiver's share told by
@@ -151,12 +167,13 @@ class Shares:
         return out
 
     def _share(self, source, receivers, count, whole):
-        """Shares seen (n, 3), how far half the points are off (n,), and which see a part alone (n,), or may do so
-        between points that together give less than the whole light (n,)."""
+        """Shares seen (n, 3), how far they may be off (n,), the part of the light that no point stands for (n,); for
+        which all points agree (n,), and how many these count for (n,)."""
         place, normal, weight = source.samples(count)
         tint = source.tint(place)
         n = len(receivers)
         seen, given, half, total_half = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((2, n)), np.zeros((2, n))
+        square = np.zeros(n)
         for some in batches(len(place), n, self.facets):
             value = self._values(source, place[some], None if normal is None else normal[some], receivers)
             value *= weight[some, None]
@@ -166,6 +183,7 @@ class Shares:
             self.counts["shadow rays"] += len(who)
             for light, sums in ((got, seen), (value, given)):
                 sums += light.sum(axis=0)[:, None] if tint is None else light.T @ tint[some]
+            square += (value**2).sum(axis=0)
             for h in range(2):
                 half[h] += got[some % 2 == h].sum(axis=0)
                 total_half[h] += value[some % 2 == h].sum(axis=0)
@@ -177,13 +195,16 @@ class Shares:
         share[nothing] = 1.0  # but no more is known than that some of it is ahead
         each = half / np.where(total_half > 0, total_half, 1.0)
         plain = np.where(nothing, 0.0, plain / safe)
-        off = np.where((total_half > 0).all(axis=0), np.abs(each - plain).mean(axis=0), 0.0)
+        number = np.where(nothing, 1.0, total**2 / np.maximum(square, 1e-300))
+        off = np.where((total_half > 0).all(axis=0), np.abs(each - plain).mean(axis=0), of_few(plain, number))
         hides = plain < 1 - 1e-9
+        agree = ~hides | (plain <= 0)
+        off[agree] = unseen(number[agree], source.partly)
         between = 1.0 * nothing
         if source.is_surface:
             lacking = np.where(hides, np.maximum(1 - total / (np.pi * whole), 0.0), 0.0)
-            between = self._between(source, receivers, lacking, len(place))
-        return share, np.maximum(off, between), hides & (plain > 0) | (between > BETWEEN)
+            between = np.maximum(between, self._between(source, receivers, lacking, len(place)))
+        return share, off, between, agree, number
 
     def _between(self, source, receivers, lacking, count):
         """(n,) The part of a surface's light that `count` points do not stand for, lacking (n,), where it is near: it
@@ -229,6 +250,19 @@ def _mean(weights, values):
     """Means (n, 3) of values (k, 3) by weights (n, k); 1 where these are 0."""
     total = weights.sum(axis=1, keepdims=True)
     return np.where(total > 0, weights @ values / np.maximum(total, 1e-300), 1.0)
+
+
+def of_few(share, number):
+    """How far shares may be off that so many points tell, if all of them are as likely."""
+    share = (number * share + 1) / (number + 2)
+    return np.sqrt(share * (1 - share) / (number + 3))
+
+
+def unseen(number, partly):
+    """How far shares may be off of which so many points all tell 0 or 1, where the part `partly` of receivers see any
+    other, each as likely: an edge hides half of what one of them stands for before the first is hidden."""
+    missed = partly / number
+    return np.sqrt(missed / np.maximum(1 - partly + missed, 1e-300) / 12) / number
 
 
 def _lit(whole):

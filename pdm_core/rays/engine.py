@@ -29,6 +29,7 @@ STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
+BROAD = 2.0  # times the mean emission of all surfaces: what is no brighter fills enough of what is seen for rays
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 
 
@@ -39,7 +40,7 @@ class RayState:
         self.scene, self.target, self.started = scene, target_error, time.perf_counter()
         self.counts = Counter()
         self.facets = Facets(scene)
-        self.by_rays = (scene.emission > 0).any(axis=1) & np.array([s.is_inside for s in scene.surfaces])
+        self.by_rays = met_by_rays(scene)
         self.reflects = (scene.reflectance > 0).any(axis=1)
         self._take_sources(sources_of(self.facets, self.by_rays))
         self.aimed = False  # whether spots of narrow beams are among the sources
@@ -47,6 +48,7 @@ class RayState:
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
         self.spread = np.zeros(0)  # of the direct light within each node's cell
         self.unsure_lit = np.zeros(0)  # how far the direct light at a node's places may be off
+        self.lost = np.zeros(0)  # what of it is of no point of a source, in the mean of these places
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
         self.told, self.level = TOLD, 0.0
@@ -69,16 +71,18 @@ class RayState:
         yield from self.trace(changed)
         new = np.flatnonzero(old < 0)
         lit, told = self.nodes.lit_places(new), AT_NODES_TOLD * self.target
-        each, off = yield from self.shares.at(lit, told * self.scale(), told, AT_NODES)
+        each, off, lost = yield from self.shares.at(lit, told * self.scale(), told, AT_NODES)
+        self.shares.learn()
         if not self.aimed:
             each = np.concatenate([each, (yield from self._take_spots(each, lit, told))], axis=1)
             self.factor = np.zeros((0, *each.shape[1:]), np.float32)
         each[:, self.beamed] = 0.0
         each = each.reshape(len(new), LIT, *each.shape[1:])
-        self.factor, self.spread, self.unsure_lit = (
-            _carried(a, old) for a in (self.factor, self.spread, self.unsure_lit)
+        self.factor, self.spread, self.unsure_lit, self.lost = (
+            _carried(a, old) for a in (self.factor, self.spread, self.unsure_lit, self.lost)
         )
         self.unsure_lit[new] = np.sqrt((off.reshape(len(new), LIT) ** 2).mean(axis=1))
+        self.lost[new] = lost.reshape(len(new), LIT).mean(axis=1)
         self.factor[new] = each.mean(axis=1)
         self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
         yield from in_thread(self.link)
@@ -196,7 +200,8 @@ class RayState:
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
         told = self.told * self.target
         points = ROUGHLY if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
-        return (yield from self.shares.at(receivers, told * self._level_at(receivers), TOLD_BRIGHT * told, points))
+        tolerance = told * self._level_at(receivers)
+        return (yield from self.shares.at(receivers, tolerance, TOLD_BRIGHT * told, points))[:2]
 
     def _level_at(self, receivers):
         """(n,) Irradiance / pi that tolerances at receivers refer to: on dark surfaces less than in the mean."""
@@ -237,6 +242,15 @@ class RayState:
         before = np.linalg.norm(self.direct, axis=1)
         self.link()
         self.spread = self.spread * np.linalg.norm(self.direct, axis=1) / np.maximum(before, 1e-300)
+
+
+def met_by_rays(scene):
+    """(n surfaces,) bool: which shine, but as what reflects does: balls' insides, and what is broad rather than bright.
+    Points that stand for a large surface are too few for all that is near it, and for what hides a part of it."""
+    emission, inside = scene.emission.max(axis=1), np.array([s.is_inside for s in scene.surfaces])
+    even = ~np.array([callable(s.emission) for s in scene.surfaces])
+    mean = (scene.areas * emission).sum() / scene.areas.sum()
+    return (emission > 0) & (inside | even & (emission <= BROAD * mean))
 
 
 def _carried(values, old):

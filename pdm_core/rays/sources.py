@@ -11,11 +11,13 @@ class Source:
     """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it;
     shadows: whether any does; receivers (n surfaces,) bool: which its light comes to, blockers: Facets of what may hide
     it, None for all; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even; is_surface: whether
-    samples' weights are areas; is_spot: whether it is what a beam lights; beam: see Light."""
+    samples' weights are areas; is_spot: whether it is what a beam lights; beam: see Light; partly: the part of
+    receivers that see a part of it, see Shares.learn."""
 
     distant, skip, lift = False, -1, 0.0
     shadows, pattern, beam, receivers, blockers = True, None, None, None, None
     is_surface = is_spot = False
+    partly = 0.0
 
     def __init__(self, colour, name):
         self.colour, self.name = np.asarray(colour, float), name

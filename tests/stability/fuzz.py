@@ -2,9 +2,9 @@
 
     python tests/stability/fuzz.py [SCENES [FIRST SEED [rays]]]
 
-A scene fails if it ends in anything but a SceneError, is not finite, or is further off than both what is stated and
-ALLOWED. The seed of each failure is printed: it makes the same scene anywhere. rays: by these, whatever is chosen, as
-polygons and meshes in turns.
+A scene fails if it ends in anything but a SceneError, is not finite, or is further off than what is stated. The seed of
+each failure is printed: it makes the same scene anywhere. rays: by these, whatever is chosen, as polygons and meshes in
+turns.
 """
 
 import os
@@ -22,7 +22,8 @@ from judge import judge  # noqa: E402
 from kinds import Place, between, furnace  # noqa: E402
 from variants import VARIANTS  # noqa: E402
 
-TARGET, ALLOWED, SECONDS = 0.1, 0.1, 60.0
+TARGET, SECONDS = 0.1, 60.0
+LAMPS = 0.2  # of the shapes, in half of the scenes
 LATTICE = 0.5  # m: half of all coordinates lie on it, so that shapes touch and coincide
 
 
@@ -48,13 +49,18 @@ def some_shape(place, rng):
     return [place.ball(at, rng.uniform(3, 6))]
 
 
-def scene(rng):
+def scene(rng, lamps=None):
+    """lamps: whether some shapes shine brighter than all in the mean; None: so it is in half of the scenes."""
     place = Place(rng, rng.choice([0.0, between(rng, 1, 1e3)]), rng.choice([1.0, between(rng, 1e-3, 1e3)]))
     if rng.random() < 0.5:
         place.turn = place.scale * np.eye(3)
     shapes = [s for _ in range(rng.integers(1, 6)) for s in some_shape(place, rng)]
     rounding = rng.choice([2.0**-53, 2.0**-24])
-    return f"{len(shapes)} shapes", furnace(shapes, rng.uniform(0.1, 0.9), rounding=rounding), "furnace"
+    rho = rng.uniform(0.1, 0.9)
+    drawn = rng.random() < 0.5
+    if drawn if lamps is None else lamps:
+        rho = np.where(rng.random(len(shapes)) < LAMPS, rho, rng.uniform(0.8, 0.97))
+    return f"{len(shapes)} shapes", furnace(shapes, rho, rounding=rounding), "furnace"
 
 
 def main(scenes="1000", first="0", by="links"):
@@ -71,7 +77,7 @@ def main(scenes="1000", first="0", by="links"):
         refused += verdict.refused
         slowest = max(slowest, verdict.seconds)
         late += verdict.said.startswith("time_limit")
-        if not verdict.refused and not verdict.measured <= max(verdict.stated, ALLOWED):
+        if not verdict.holds:
             failed += 1
             print(f"seed {seed}: {verdict}", flush=True)
     print(

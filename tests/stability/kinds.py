@@ -43,8 +43,10 @@ SIDES = ("front", "back")
 
 
 def furnace(shapes, rho, rounding=2**-53):
+    """rho: of all shapes, or of each (n,)."""
+    each = np.broadcast_to(rho, len(shapes))
     surfaces = [
-        Surface(s, rho, 1 - np.array(rho), side=side, name=f"shape {k}") for k, s in enumerate(shapes) for side in SIDES
+        Surface(s, each[k], 1 - each[k], side=side, name=f"shape {k}") for k, s in enumerate(shapes) for side in SIDES
     ]
     return Scene(surfaces, 1.0, rounding)
 

@@ -1,0 +1,76 @@
+"""Light of lamps where few points stand for it: near large ones, beside what hides a part of them."""
+
+import sys
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pdm_core import Mesh, Plane, Scene, Sphere, Surface
+from pdm_core.rays.direct import Shares, unseen
+from pdm_core.rays.engine import met_by_rays
+from pdm_core.rays.facets import Facets
+from pdm_core.rays.placed import Placed
+from pdm_core.rays.sources import sources_of
+from pdm_core.signs_of_life import finish
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stability"))
+from fuzz import TARGET, scene  # noqa: E402
+from judge import judge  # noqa: E402
+from kinds import Place  # noqa: E402
+from variants import with_meshes  # noqa: E402
+
+
+@pytest.mark.parametrize("seed, lamps", [(10, False), (2, True), (18, True)])
+def test_balls_as_meshes_that_cross_and_shine_are_right_to_what_is_stated(seed, lamps):
+    """Furnaces: 25 % off at 8 % stated where nodes took a few points of large lamps."""
+
+    def at_random(rng):
+        return scene(rng, lamps)
+
+    at_random.__name__ = scene.__name__  # what seeds are drawn by
+    verdict = judge(at_random, seed, TARGET, None, with_meshes)
+    assert verdict.holds and not verdict.refused, verdict
+
+
+def test_only_what_is_broad_and_no_brighter_than_others_is_met_by_rays():
+    walls = Place(np.random.default_rng(0)).box((0, 0, 0), (1, 1, 1))
+
+    def shining(emission, *more):
+        own = [Surface(wall, 0.5, e, side="back") for wall, e in zip(walls, emission, strict=True)]
+        return met_by_rays(Scene([*own, *more]))
+
+    lamp = Surface(Sphere.at((0.5, 0.5, 0.5), 0.1), 0.0, 10.0)
+    assert shining([1.0] * 6).all()
+    assert not shining([1.0, 0, 0, 0, 0, 0]).any()  # a ceiling alone is a lamp
+    np.testing.assert_array_equal(shining([1.0] * 6, lamp), [True] * 6 + [False])
+    np.testing.assert_array_equal(shining([0.0] * 6, lamp), [False] * 7)
+
+
+@pytest.mark.parametrize("number", [2, 4, 16])
+@pytest.mark.parametrize("partly", [0.1, 0.5])
+def test_what_points_that_agree_may_have_missed(number, partly):
+    """An edge moves over points in a row; of many places some see a part, of any size."""
+    rng = np.random.default_rng(number)
+    part = np.where(rng.random(400_000) < partly, rng.random(400_000), rng.integers(0, 2, 400_000))
+    told = (((np.arange(number) + 0.5) / number)[:, None] < part).mean(axis=0)
+    agree = (told == 0) | (told == 1)
+    missed = np.sqrt(((told - part)[agree] ** 2).mean())
+    np.testing.assert_allclose(unseen(np.array([float(number)]), partly), missed, rtol=0.03)
+
+
+def test_light_of_a_lamp_that_no_point_stands_for_is_told():
+    """Of a large lamp a strip alone is ahead of a wall, without any of its points, and a screen hides it: whatever is
+    taken of its light is told to be lost."""
+    lamp = Mesh([(0, 0, 0), (10, 0, 0), (10, 10, 0), (0, 10, 0)], [(0, 1, 2, 3)], False)
+    wall, screen = Plane((0.01, 4, 0.001), (0, 1, 0), (0, 0, 1)), Plane((-1, 3, 5e-4), (1.00999, 0, 0), (0, 3, 0))
+    surfaces = [Surface(lamp, 0.0, 1.0, name="Lamp"), Surface(wall, 0.5, side="back"), Surface(screen)]
+    facets = Facets(Scene(surfaces))
+    shares = Shares(facets, sources_of(facets, np.zeros(3, bool)), Counter())
+    z = np.geomspace(2e-3, 0.5, 20)
+    there = Placed(facets, np.ones(20, int), np.column_stack([np.full(20, 0.01), np.full(20, 4.5), z]))
+    factor, off, lost = finish(shares.at(there, 0.01, 0.01, (4, 16)))
+    assert factor.max() > 0.1  # no point tells that it is hidden
+    np.testing.assert_allclose(lost, factor[:, 0, 0], rtol=1e-6)
+    assert (off >= (1 - 1e-6) * lost).all()
