@@ -34,7 +34,7 @@ WORDS = {
     "Subdivide and Bake Again": "Subdividir e calcular de novo",
     "Keep the Best So Far": "Ficar com o melhor até agora",
     "Error {}, target {}": "Erro {}, pedido {}",
-    "about {} left": "faltam cerca de {}",
+    "{}, about {} left": "{}, faltam cerca de {}",
     ", error {}": ", erro {}",
     "Esc cancels": "Esc cancela",
     "{} cancelled, nothing was changed": "{}: cancelado, nada mudou",

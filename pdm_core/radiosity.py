@@ -14,14 +14,15 @@ from .signs_of_life import finish, mapped
 
 __all__ = ["Progress", "Solution", "solve", "solve_steps"]
 
-Progress = namedtuple("Progress", "fraction error seconds")
+Progress = namedtuple("Progress", "fraction error seconds best")  # best: the Solution so far, or None
 
 
 def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False):
     """Generator of Progress at least ten times a second; returns the Solution. Closing it cancels.
 
     target_error: of the radiance, relative L2 over all surfaces, of L - Le. time_limit: seconds, None for none.
-    enough(): asked at every step; True ends with the best so far, once there is one.
+    enough(): asked at every step; True ends with the best so far, once there is one. At the step that first tells of a
+    better one nothing else is at work: it may be read before the next.
     """
     target_error, time_limit = _check(scene, target_error, time_limit)
     choice = choose(scene, target_error)
@@ -37,7 +38,7 @@ def solve(scene, target_error=1e-2, time_limit=None, progress=None):
     if progress is not None and not callable(progress):
         raise SceneError(f"progress is {progress!r}; give a function of (fraction, error, seconds), or None")
     steps = solve_steps(scene, target_error, time_limit)
-    return finish(steps, progress and (lambda step: progress(*step)))
+    return finish(steps, progress and (lambda step: progress(*step[:3])))
 
 
 def _check(scene, target_error, time_limit):

@@ -4,7 +4,7 @@ from bpy.types import Panel, UIList
 
 from ..operators.bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
 from ..operators.baking.left_out import other
-from ..operators.baking.report import duration, percent
+from ..operators.baking.report import duration, percent, roughly
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from ..operators.example_room import NAME as EXAMPLE
 from ..operators.example_room import PDM_OT_example_room
@@ -65,6 +65,8 @@ def _ready(layout, context, settings):
         wrapped(layout, context, text, icon)
     if is_dark(settings):
         wrapped(layout, context, say(DARK), "LIGHT")
+    elif current.problem:
+        wrapped(layout, context, current.problem, "ERROR")
     for text in foreseen(settings)[:MOST_FORESEEN]:
         wrapped(layout, context, text, "ERROR")
     layout.row().prop(settings, "preset", text="")
@@ -87,10 +89,8 @@ def _running(layout, context):
     stage, column = current.stage, layout.column()
     column.progress(factor=current.done(), text=say(stage.text))
     left = current.left()
-    row = column.row()
-    row.label(text=duration(current.elapsed()), icon="TIME")
-    if left is not None:
-        row.label(text=say("about {} left", duration(left)))
+    text = duration(current.elapsed())
+    wrapped(column, context, text if left is None else say("{}, about {} left", text, roughly(left)), "TIME")
     if current.target:
         text = say("Error {}, target {}", percent(stage.error), percent(current.target))
         column.label(text=text, icon="DRIVER_DISTANCE")
@@ -223,7 +223,7 @@ def _report(layout, context):
         wrapped(layout, context, say(CURVE))
     foretold = {float(target): s for target, s in (report.get("foretold") or {}).items() if s}
     tighter = {target: s for target, s in foretold.items() if target < (report["error"] or 0.0)}
-    told = [say("{}: about {}", percent(target), duration(s)) for target, s in tighter.items()]
+    told = [say("{}: about {}", percent(target), roughly(s)) for target, s in tighter.items()]
     _list(layout, context, told, "For tighter targets", "TIME")
     if errors := report.get("heat_map"):
         top = percent(errors["top"])

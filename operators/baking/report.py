@@ -104,13 +104,19 @@ def percent(error):
 
 
 def duration(seconds):
-    """12 s, 2 min 5 s, 1 h 44 min"""
+    """12 s, 2 min 5 s, 1 h 44 min, 3 min"""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600:,} h {whole % 3600 // 60} min"
+    large, small = (whole // 60, whole % 60) if whole < 3600 else (whole // 3600, whole % 3600 // 60)
+    units = ("min", "s") if whole < 3600 else ("h", "min")
+    return f"{large:,} {units[0]}" + (f" {small} {units[1]}" if small else "")
+
+
+def roughly(seconds):
+    """The same of what is only foretold: whole minutes, and of hours tens of them"""
+    step = 1 if seconds < 60 else 60 if seconds < 3600 else 600
+    return duration(step * round(seconds / step))
 
 
 def counted(number, one, many=None):

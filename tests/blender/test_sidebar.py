@@ -184,10 +184,14 @@ def test_the_line_on_top_after_a_bake(addon, settings):
 
 
 @pytest.mark.parametrize(
-    "seconds, said", [(0.4, "0 s"), (59.4, "59 s"), (59.7, "1 min 0 s"), (125, "2 min 5 s"), (6223, "1 h 43 min")]
-)
-def test_durations(addon, seconds, said):
-    assert addon("operators.baking.report").duration(seconds) == said
+    "seconds, said, about", [
+        (0.4, "0 s", "0 s"), (59.4, "59 s", "59 s"), (59.7, "1 min", "1 min"), (125, "2 min 5 s", "2 min"),
+        (2172, "36 min 12 s", "36 min"), (6223, "1 h 43 min", "1 h 40 min"), (7200, "2 h", "2 h"),
+    ],
+)  # fmt: skip
+def test_durations(addon, seconds, said, about):
+    report = addon("operators.baking.report")
+    assert report.duration(seconds) == said and report.roughly(seconds) == about
 
 
 def test_the_bar_never_runs_back(addon):
