@@ -1,4 +1,4 @@
-"""The best so far, in the colours of the meshes while a bake in a window goes on. Before it ends, in whatever way, that is
+"""The best so far, in the colours of the meshes while a bake in a window goes on. Before it ends, in whatever way, it is
 taken back."""
 
 import time
