@@ -145,8 +145,9 @@ def _advanced(layout, context):
     layout.use_property_split = True
     layout.use_property_decorate = False
     layout.enabled = current.stage is None
+    idle = {"layer": settings.blend == "REPLACE", "ao_distance": "AO" not in settings.passes}
     for name in SETTING_NAMES:
-        if name != "layer" or settings.blend != "REPLACE":
+        if not idle.get(name):
             layout.prop(settings, name)
     layout.prop(settings, "show_after_bake")
 

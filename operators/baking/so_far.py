@@ -1,5 +1,5 @@
-"""The best so far, in the colours of the meshes while a bake in a window goes on. Before it ends, in whatever way, it is
-taken back."""
+"""The best so far, in the colours of the meshes while a bake in a window goes on; before it ends, in whatever way, they
+are put back."""
 
 import time
 
