@@ -6,11 +6,12 @@ from bpy.types import Operator
 from ..pdm_core import SceneError
 from .baking.again import last
 from .baking.bake import BakeSettings, bake_steps, look_at_scene
-from .baking.report import counted, one_line
+from .baking.report import one_line
 from .edit_mode import object_mode
 from .modal_steps import CANCEL, KEEP, Idle, Steps, current
 from .settings import SETTING_NAMES, BakeProperties
 from .show_colours import is_shown, put_back, show
+from .words import many, say
 
 DOUBLE_CLICK = 0.5  # s
 
@@ -94,6 +95,6 @@ class PDM_OT_scan(Idle, Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         context.scene.pdm_radiosity.keep_scan(scan)
-        recognised, refused = counted(len(scan["objects"]), "object"), len(scan["refused"])
-        self.report({"INFO"}, f"{recognised} recognised, {refused} refused")
+        objects = many(len(scan["objects"]), "object", "objects")
+        self.report({"INFO"}, say("{} recognised, {} refused", objects, len(scan["refused"])))
         return {"FINISHED"}

@@ -24,6 +24,7 @@ from .previews import picture
 from .wrapped import wrapped
 
 MOST_FORESEEN = 3  # sentences; the report has them all
+MUCH = 0.1  # of the colours, white in the views
 MOST_LISTED = 30  # warnings; the JSON report has them all
 KINDS = {"Object": "OBJECT_DATA", "Material": "MATERIAL", "World": "WORLD", "Light": "LIGHT"}
 ICONS = {"SPHERE": "MESH_UVSPHERE", "PLANE": "MESH_PLANE", "PLANES": "MESH_CUBE"}
@@ -120,6 +121,11 @@ def _result(layout, context, report):
         wrapped(column, context, say("{} off between vertices", percent(report["between_vertices"])), "ERROR")
         operator = layout.operator(PDM_OT_subdivide.bl_idname, text="Subdivide and Bake Again", icon="MOD_SUBSURF")
         operator.times, operator.rebake = 0, True
+    above = report.get("above_one", {"share": 0.0})  # reports of 0.3.0 have none
+    if above["share"] > MUCH:
+        text = say("{} of the colours are above 1, white here: Exposure {} shows them", percent(above["share"]),
+                   f"{above['exposure']:.1f}")  # fmt: skip
+        wrapped(column, context, text, "LIGHT_SUN")
     layout.operator(PDM_OT_show_colours.bl_idname, icon="SHADING_SOLID", depress=is_shown(context.screen))
     row = layout.row(align=True)
     row.operator(PDM_OT_preview_material.bl_idname, icon="MATERIAL").remove = False
