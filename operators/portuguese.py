@@ -31,8 +31,7 @@ WORDS = {
     "Error {} in {}": "Erro {} em {}",
     "Error {}: above the target": "Erro {}: acima do pedido",
     "{} off between vertices": "Erro de {} entre os vértices",
-    "{} of the colours are above 1, white here: Exposure {} shows them":
-        "{} das cores passam de 1, brancas aqui: Exposição {} mostra-as",
+    "{} is above 1, white here: try Exposure {}": "{} passa de 1, branco aqui: tente Exposição {}",
     "Subdivide and Bake Again": "Subdividir e calcular de novo",
     "Keep the Best So Far": "Ficar com o melhor até agora",
     "Error {}, target {}": "Erro {}, pedido {}",

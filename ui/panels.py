@@ -121,9 +121,9 @@ def _result(layout, context, report):
         wrapped(column, context, say("{} off between vertices", percent(report["between_vertices"])), "ERROR")
         operator = layout.operator(PDM_OT_subdivide.bl_idname, text="Subdivide and Bake Again", icon="MOD_SUBSURF")
         operator.times, operator.rebake = 0, True
-    above = report.get("above_one", {"share": 0.0})  # reports of 0.3.0 have none
+    above = report.get("above_one", {"share": 0.0})  # older reports have none
     if above["share"] > MUCH:
-        text = say("{} of the colours are above 1, white here: Exposure {} shows them", percent(above["share"]),
+        text = say("{} is above 1, white here: try Exposure {}", percent(above["share"]),
                    f"{above['exposure']:.1f}")  # fmt: skip
         wrapped(column, context, text, "LIGHT_SUN")
     layout.operator(PDM_OT_show_colours.bl_idname, icon="SHADING_SOLID", depress=is_shown(context.screen))
