@@ -24,7 +24,7 @@ from hands import (
 
 def narrow(width):
     """Drags the sidebar's left border, some pixels of which can be grasped, until it is so wide."""
-    for off in (0, -1, 1, -2, 2, -3, 3, 4, 5):
+    for off in (7, 8, *range(6, -4, -1)):  # by version
         own = region()
         x, y, before = own.x + off, window().height - own.y - own.height // 2, own.width
         move(x, y)
