@@ -10,8 +10,8 @@ from .field_at import Field
 from .layer import blended
 
 LEAST = 3.0  # s that solving takes still, by what is foretold: sooner, the end itself is seen
-SHARE = 0.1  # of the time that evaluating may take
-MOST = 0.25  # of what is left, after which it is given up: the vertices are too many
+SHARE = 0.1  # of the time that evaluating again may take
+MOST = 1.0, 0.25  # of what is left, the first time and again, after which it is given up: the vertices are too many
 
 
 class SoFar:
@@ -47,7 +47,8 @@ class SoFar:
         begun = time.perf_counter()
         if left < LEAST or begun < self.due or not self.targets:
             return
-        values = yield from mapped(self._evaluate(begun + MOST * left), lambda _: now)
+        until = begun + MOST[self.undo is not None] * left
+        values = yield from mapped(self._evaluate(until), lambda _: now)
         self.due = time.perf_counter() + (time.perf_counter() - begun) / SHARE
         if values is not None:
             self._write(values)
