@@ -14,7 +14,17 @@ from .signs_of_life import finish, mapped
 
 __all__ = ["Progress", "Solution", "solve", "solve_steps"]
 
-Progress = namedtuple("Progress", "fraction error seconds best")  # best: the Solution so far, or None
+
+class Progress(namedtuple("Progress", "fraction error seconds")):
+    """Of a solve. best: the Solution so far, or None; no part of the tuple."""
+
+    best = None
+
+    @classmethod
+    def of(cls, target_error, error, seconds, best):
+        step = cls(_fraction(error, target_error), error, seconds)
+        step.best = best
+        return step
 
 
 def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False):
@@ -30,7 +40,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False)
         steps = ray_steps(scene, target_error, time_limit, choice.why, enough)
     else:
         steps = link_steps(scene, target_error, time_limit, enough)
-    return (yield from mapped(steps, lambda now: Progress(_fraction(now[0], target_error), *now)))
+    return (yield from mapped(steps, lambda now: Progress.of(target_error, *now)))
 
 
 def solve(scene, target_error=1e-2, time_limit=None, progress=None):
@@ -38,7 +48,7 @@ def solve(scene, target_error=1e-2, time_limit=None, progress=None):
     if progress is not None and not callable(progress):
         raise SceneError(f"progress is {progress!r}; give a function of (fraction, error, seconds), or None")
     steps = solve_steps(scene, target_error, time_limit)
-    return finish(steps, progress and (lambda step: progress(*step[:3])))
+    return finish(steps, progress and (lambda step: progress(*step)))
 
 
 def _check(scene, target_error, time_limit):
