@@ -52,11 +52,11 @@ class _Current:
         return time.perf_counter() - self.begun
 
     def left(self):
-        """Seconds that solving may still take, None where nothing is known, or it is over."""
+        """Seconds that solving may still take, None where nothing is known, it is over, or it should have been."""
         if self.stage.text.startswith(AFTER) or self.wish == KEEP:
             return None
         whole = seconds_to(self.history, self.target) if self.target else None
-        return None if whole is None else max(whole - self.elapsed(), 0.0)
+        return None if whole is None or whole < self.elapsed() else whole - self.elapsed()
 
     def done(self):
         """0 to 1 for the bar, by the time it may take; never back."""

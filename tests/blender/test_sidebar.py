@@ -211,6 +211,19 @@ def test_the_bar_never_runs_back(addon):
     assert (np.diff(seen) >= 0).all() and seen[0] < 0.1 and seen[-1] == 1 and current.can_be_kept()
 
 
+def test_time_left_is_not_told_where_it_is_over(addon):
+    """As long as it took to halve the error, and no longer: it said about 0 s for minutes."""
+    modal = addon("operators.modal_steps")
+    current = modal._Current()
+    current.begin(object(), None, 0.01, True)
+    current.elapsed = lambda: now
+    for now, error in ((1.0, 0.04), (2.0, 0.02)):
+        current.at(addon("operators.baking.bake").Stage("Solving", 0.0, error))
+    assert 1 < current.left() < 6
+    now = 20.0
+    assert current.left() is None and current.done() <= 0.9
+
+
 def test_while_something_runs_nothing_else_may(addon):
     scenes.lit_ball()
     bake()
