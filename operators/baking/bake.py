@@ -99,7 +99,7 @@ def bake_steps(context, settings, enough=lambda: False, last=None, show=None):
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
         read = yield from _read(context, settings)
-    so_far = SoFar(settings, list(zip(read.targets, read.points, strict=True)), enough, show) if show else None
+    so_far = SoFar(settings, list(zip(read.targets, read.points, strict=True)), show) if show else None
     try:
         with _timed(seconds, "solve"):
             scene = read.reading.scene

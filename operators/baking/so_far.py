@@ -1,7 +1,7 @@
 """The best so far, in the colours of the meshes while a bake in a window goes on; before it ends, in whatever way, they
 are put back."""
 
-import time
+import numpy as np
 
 from ...pdm_core.foretell import seconds_to
 from ...pdm_core.signs_of_life import mapped
@@ -10,22 +10,21 @@ from .field_at import Field
 from .layer import blended
 
 LEAST = 3.0  # s that solving takes still, by what is foretold: sooner, the end itself is seen
-SHARE = 0.1  # of the time that evaluating again may take
-MOST = 1.0, 0.25  # of what is left, the first time and again, after which it is given up: the vertices are too many
 
 
 class SoFar:
-    """Of a bake with BakeSettings, [(ReadObject, BakePoints)] and an end told by enough(); show() is called when there
-    is something to be seen."""
+    """Of a bake with BakeSettings and [(ReadObject, BakePoints)]; show() is called when there is something to be seen.
 
-    def __init__(self, settings, targets, enough, show):
-        self.settings, self.enough, self.show = settings, enough, show
+    What the solution's cells hold is read, not gathered anew for each vertex: that takes as long as solving."""
+
+    def __init__(self, settings, targets, show):
+        self.settings, self.show = settings, show
         # the others get their meshes at the end
         self.targets = [(t, p) for t, p in targets if not (t.is_applied or t.is_single_user)]
-        self.best, self.history, self.due, self.undo = None, [], 0.0, None
+        self.best, self.history, self.undo = None, [], None
 
     def steps(self, solving):
-        """The Progress of a solver at each step, and at those between them that evaluate its best so far."""
+        """The Progress of a solver at each step, and at those between them that read its best so far."""
         try:
             while True:
                 try:
@@ -44,27 +43,11 @@ class SoFar:
         left = (seconds_to(self.history, self.settings.target_error) or 0.0) - now.seconds
         if limit := self.settings.time_limit:
             left = min(left, limit - now.seconds)
-        begun = time.perf_counter()
-        if left < LEAST or begun < self.due or not self.targets:
+        if left < LEAST or not self.targets:
             return
-        until = begun + MOST[self.undo is not None] * left
-        values = yield from mapped(self._evaluate(until), lambda _: now)
-        self.due = time.perf_counter() + (time.perf_counter() - begun) / SHARE
-        if values is not None:
-            self._write(values)
-
-    def _evaluate(self, until):
-        """[(k, 3)] at the points of each target, None where that took too long; yields."""
-        steps = Field(self.best, self.settings.quantity).at_places([p.places() for _, p in self.targets], True)
-        try:
-            while True:
-                yield next(steps)
-                if time.perf_counter() > until or self.enough():
-                    return None
-        except StopIteration as end:
-            return end.value
-        finally:
-            steps.close()
+        places = [np.concatenate(part) for part in zip(*((p.surfaces, p.points) for _, p in self.targets))]
+        values = yield from mapped(Field(self.best, self.settings.quantity).held(*places), lambda _: now)
+        self._write(np.split(values, np.cumsum([len(p.points) for _, p in self.targets])[:-1]))
 
     def _write(self, values):
         items = [

@@ -60,6 +60,11 @@ class RaySolution(ReadOff):
 
         return (yield from mapped(self._state.incident(receivers, roughly), fraction))
 
+    def held_steps(self, surface, points):
+        """Irradiance / pi (n, 3), see ReadOff: generator of the fraction done."""
+        node = yield from nodes_near(self._state.nodes, surface, points)
+        return np.append(self._state.received, np.zeros((1, 3)), axis=0)[node]  # of no node, -1: none
+
     def estimated_error_steps(self, surface, points):
         """(n,) at points (n, 3) m of surfaces (n,), see estimated_error: generator of the fraction done."""
         nodes, surfaces = self._state.nodes, len(self.scene)

@@ -216,11 +216,12 @@ def test_time_left_is_not_told_where_it_is_over(addon):
     modal = addon("operators.modal_steps")
     current = modal._Current()
     current.begin(object(), None, 0.01, True)
-    current.elapsed = lambda: now
-    for now, error in ((1.0, 0.04), (2.0, 0.02)):
+    clock = [1.0]
+    current.elapsed = lambda: clock[0]
+    for clock[0], error in ((1.0, 0.04), (2.0, 0.02)):
         current.at(addon("operators.baking.bake").Stage("Solving", 0.0, error))
     assert 1 < current.left() < 6
-    now = 20.0
+    clock[0] = 20.0
     assert current.left() is None and current.done() <= 0.9
 
 
