@@ -10,6 +10,9 @@ from .field_at import Field
 from .layer import blended
 
 LEAST = 3.0  # s that solving takes still, by what is foretold: sooner, the end itself is seen
+# times as long as up to the last one until the next: where colours change Blender smooths a view anew, 3 s of work by
+# software for 10,000 vertices
+LATER = 8.0
 
 
 class SoFar:
@@ -21,7 +24,7 @@ class SoFar:
         self.settings, self.show = settings, show
         # the others get their meshes at the end
         self.targets = [(t, p) for t, p in targets if not (t.is_applied or t.is_single_user)]
-        self.best, self.history, self.undo = None, [], None
+        self.best, self.history, self.due, self.undo = None, [], 0.0, None
 
     def steps(self, solving):
         """The Progress of a solver at each step, and at those between them that read its best so far."""
@@ -43,8 +46,9 @@ class SoFar:
         left = (seconds_to(self.history, self.settings.target_error) or 0.0) - now.seconds
         if limit := self.settings.time_limit:
             left = min(left, limit - now.seconds)
-        if left < LEAST or not self.targets:
+        if left < LEAST or now.seconds < self.due or not self.targets:
             return
+        self.due = LATER * now.seconds
         places = [np.concatenate(part) for part in zip(*((p.surfaces, p.points) for _, p in self.targets))]
         values = yield from mapped(Field(self.best, self.settings.quantity).held(*places), lambda _: now)
         self._write(np.split(values, np.cumsum([len(p.points) for _, p in self.targets])[:-1]))
