@@ -9,10 +9,10 @@ from .colour_attribute import Colours, write_colours
 from .field_at import Field
 from .layer import blended
 
-LEAST = 3.0  # s that solving takes still, by what is foretold: sooner, the end itself is seen
-# times as long as up to the last one until the next: where colours change Blender smooths a view anew, 3 s of work by
-# software for 10,000 vertices
-LATER = 8.0
+# s that solving takes still, by what is foretold, and for each colour: sooner, the end itself is seen. Where colours
+# change Blender smooths a view anew: by software 5 s of work for 10,000
+LEAST = 3.0, 2e-3
+LATER = 8.0  # times as long as up to the last one until the next
 
 
 class SoFar:
@@ -46,7 +46,8 @@ class SoFar:
         left = (seconds_to(self.history, self.settings.target_error) or 0.0) - now.seconds
         if limit := self.settings.time_limit:
             left = min(left, limit - now.seconds)
-        if left < LEAST or now.seconds < self.due or not self.targets:
+        worth = max(LEAST[0], LEAST[1] * sum(p.size for _, p in self.targets))
+        if left < worth or now.seconds < self.due or not self.targets:
             return
         self.due = LATER * now.seconds
         places = [np.concatenate(part) for part in zip(*((p.surfaces, p.points) for _, p in self.targets))]

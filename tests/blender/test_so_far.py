@@ -11,7 +11,7 @@ NAME = "Radiosity"
 @pytest.fixture
 def baking(addon, monkeypatch):
     """baking(settings) -> (steps of a bake whose solving is always taken for long, what was shown meanwhile)."""
-    monkeypatch.setattr(addon("operators.baking.so_far"), "LEAST", 0.0)
+    monkeypatch.setattr(addon("operators.baking.so_far"), "LEAST", (0.0, 0.0))
     bake = addon("operators.baking.bake")
 
     def start(**settings):
