@@ -6,11 +6,12 @@ from bpy.types import Operator
 from ..pdm_core import SceneError
 from .baking.again import last
 from .baking.bake import BakeSettings, bake_steps, look_at_scene
-from .baking.report import counted, one_line
+from .baking.report import one_line
 from .edit_mode import object_mode
 from .modal_steps import CANCEL, KEEP, Idle, Steps, current
 from .settings import SETTING_NAMES, BakeProperties
-from .show_colours import show
+from .show_colours import is_shown, put_back, show
+from .words import many, say
 
 DOUBLE_CLICK = 0.5  # s
 
@@ -34,7 +35,18 @@ class PDM_OT_bake(BakeProperties, Steps, Operator):
         if not is_redo:
             last.drop()
         keeps = last if self.in_window or is_redo else None
-        return bake_steps(context, settings, lambda: self.in_window and current.wish == KEEP, keeps)
+        self.was_shown = is_shown(context.screen)
+        shows = self.in_window and context.scene.pdm_radiosity.show_after_bake
+        return bake_steps(
+            context, settings, lambda: self.in_window and current.wish == KEEP, keeps,
+            (lambda: show(context.screen)) if shows else None,
+        )  # fmt: skip
+
+    def cancel(self, context):
+        """Also before the end: the views go back to what they were while the best so far was shown."""
+        super().cancel(context)
+        if not self.was_shown and context.screen is not None:
+            put_back(context.screen)
 
     def done(self, context, report):
         for warning in report["warnings"]:
@@ -83,6 +95,6 @@ class PDM_OT_scan(Idle, Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         context.scene.pdm_radiosity.keep_scan(scan)
-        recognised, refused = counted(len(scan["objects"]), "object"), len(scan["refused"])
-        self.report({"INFO"}, f"{recognised} recognised, {refused} refused")
+        objects = many(len(scan["objects"]), "object", "objects")
+        self.report({"INFO"}, say("{} recognised, {} refused", objects, len(scan["refused"])))
         return {"FINISHED"}

@@ -14,6 +14,7 @@ from .modal_steps import Steps, current
 from .reporting.convergence import ConvergenceSettings, convergence_steps
 from .reporting.convergence_page import csv_text, curves, page, text_rows
 from .settings import BakeProperties
+from .words import say
 
 NAMES = ("objects", "time_limit", "tightest", "published", "cycles")
 
@@ -71,7 +72,9 @@ class PDM_OT_convergence(ConvergenceProperties, Steps, Operator):
             "rows": text_rows(result), "page": str(paths["html"]), "said": result["said"], "floor": result["floor"],
             "curves": [[row[:2] for row in rows] for rows in curves(result).values()],
         })  # fmt: skip
-        self.report({"INFO"}, f"{len(result['runs'])} runs in {result['seconds']:.0f} s: {paths['html']}")
+        self.report(
+            {"INFO"}, say("{} runs in {} s: {}", len(result["runs"]), f"{result['seconds']:.0f}", paths["html"])
+        )
         return {"FINISHED"}
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Operator
 
-from .baking.report import counted
 from .modal_steps import Idle
 from .reading.preview_nodes import uses_nodes
+from .words import many, say
 
 ENDINGS = {"GLTF": ".glb", "FBX": ".fbx", "OBJ": ".obj"}
 ADD_ONS = {"GLTF": "glTF 2.0", "FBX": "FBX", "OBJ": "OBJ"}
@@ -87,9 +87,10 @@ class PDM_OT_export(Idle, Operator):
             self.report({"ERROR"}, f"{name} was not written: {str(error).strip()}; is the add-on {name} enabled?")
             return {"CANCELLED"}
         if cut:
-            text = f"{counted(cut, 'colour')} above 1 clipped, which {self.format} cannot hold: lower the exposure"
+            colours = many(cut, "colour", "colours")
+            text = say("{} above 1 clipped, which {} cannot hold: lower the exposure", colours, self.format)
             self.report({"WARNING"}, text)
-        self.report({"INFO"}, f"{counted(len(objects), 'object')} written to {self.filepath}")
+        self.report({"INFO"}, say("{} written to {}", many(len(objects), "object", "objects"), self.filepath))
         return {"FINISHED"}
 
 

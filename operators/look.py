@@ -30,6 +30,7 @@ class _Watch:
         self.steps = self.seen = self.window = None
 
     def change(self):
+        current.problem = ""
         self.is_stale, self.changed, self.steps = True, time.perf_counter(), None
 
     def fail(self, problem):

@@ -7,6 +7,7 @@ from bpy.types import Operator
 
 from .listed import LABELS, instanced
 from .modal_steps import Idle
+from .words import say
 
 
 class PDM_OT_mend(Idle, Operator):
@@ -34,7 +35,7 @@ class PDM_OT_mend(Idle, Operator):
         except RuntimeError as error:
             self.report({"ERROR"}, f"Object {self.object!r}: {str(error).strip()}")
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{self.object}: {LABELS[self.way]}")
+        self.report({"INFO"}, f"{self.object}: {say(LABELS[self.way])}")
         return {"FINISHED"}
 
 

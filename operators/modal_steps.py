@@ -29,7 +29,8 @@ CANCEL, KEEP = "CANCEL", "KEEP"
 
 class _Current:
     """What runs in a window, one at a time. stage: the Stage it is at, None where nothing runs; history
-    [(seconds, error)]; wish: '', CANCEL or KEEP, what the user asks of it; slices: seconds that each took."""
+    [(seconds, error)]; wish: '', CANCEL or KEEP, what the user asks of it; slices: seconds that each took; problem: why
+    the last one failed, or ''."""
 
     def __init__(self):
         self.stage = self.steps = self.timer = None
@@ -40,6 +41,7 @@ class _Current:
         self.steps, self.timer, self.target, self.can_keep = steps, timer, target, can_keep
         self.stage = Stage("Reading the scene", 0.0, math.inf)
         self.begun, self.history, self.wish, self.slices, self.fraction = time.perf_counter(), [], "", [], 0.0
+        self.problem = ""
 
     def at(self, stage):
         self.stage = stage
@@ -50,11 +52,11 @@ class _Current:
         return time.perf_counter() - self.begun
 
     def left(self):
-        """Seconds that solving may still take, None where nothing is known, or it is over."""
+        """Seconds that solving may still take, None where nothing is known, it is over, or it should have been."""
         if self.stage.text.startswith(AFTER) or self.wish == KEEP:
             return None
         whole = seconds_to(self.history, self.target) if self.target else None
-        return None if whole is None else max(whole - self.elapsed(), 0.0)
+        return None if whole is None or whole < self.elapsed() else whole - self.elapsed()
 
     def done(self):
         """0 to 1 for the bar, by the time it may take; never back."""
@@ -169,6 +171,8 @@ class Steps(Idle):
         redraw_sidebars(context)
 
     def fail(self, error):
+        """Said by the panel too: of what runs in a window Blender tells only for a moment, in the status bar."""
+        current.problem = str(error) if self.in_window else ""
         self.report({"ERROR"}, str(error))
         return {"CANCELLED"}
 

@@ -4,9 +4,9 @@ import bpy
 from bpy.props import BoolProperty
 from bpy.types import Operator
 
-from .baking.report import counted
 from .modal_steps import Idle
 from .reading.preview_nodes import MADE, MARK, add_preview, has_preview, make_material, remove_preview
+from .words import many, say
 
 NAME = "Baked Light"  # of the material that objects without one get
 
@@ -45,7 +45,8 @@ class PDM_OT_preview_material(Idle, Operator):
             self.report({"WARNING"}, f"Linked from a library and left as they are: {', '.join(linked)}")
         if without := _users_without(materials, settings["attribute"]):
             self.report({"WARNING"}, f"Not baked but of the same materials, and black now: {', '.join(without)}")
-        self.report({"INFO"}, f"{counted(len(materials), 'material')} now with {settings['attribute']!r}")
+        written = many(len(materials), "material", "materials")
+        self.report({"INFO"}, say("{} now with {}", written, repr(settings["attribute"])))
         return {"FINISHED"}
 
 

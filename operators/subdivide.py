@@ -13,12 +13,12 @@ from .baking.bake import Stage
 from .baking.bends import FULL
 from .baking.colour_attribute import BakeError
 from .baking.finer_mesh import finer_size, refine
-from .baking.report import counted
 from .baking.round_places import round_places
 from .modal_steps import KEEP, Steps, current
 from .reading.mesh_arrays import arrays_of
 from .settings import SETTING_NAMES
 from .subdivide_meshes import all_or_none, problem_of, too_coarse
+from .words import many, say
 
 MOST_TIMES = 256  # parts of an edge at once
 STEPS = 40  # numbers of parts that are thought of, up to that
@@ -193,9 +193,10 @@ class PDM_OT_subdivide(Steps, Operator):
         if short:
             self.report({"WARNING"}, tell_short(context.scene, short))
         if not count:
-            self.report({"INFO"}, "No mesh was subdivided" if short else "No mesh is too coarse for the last target")
+            none = say("No mesh was subdivided") if short else say("No mesh is too coarse for the last target")
+            self.report({"INFO"}, none)
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{counted(count, 'mesh', 'meshes')} subdivided, {added:,} vertices more")
+        self.report({"INFO"}, say("{} subdivided, {} vertices more", many(count, "mesh", "meshes"), f"{added:,}"))
         if self.in_window and self.rebake:
             settings = context.scene.pdm_radiosity
             bpy.ops.pdm.bake("INVOKE_DEFAULT", **{name: getattr(settings, name) for name in SETTING_NAMES})

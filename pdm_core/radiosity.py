@@ -14,14 +14,25 @@ from .signs_of_life import finish, mapped
 
 __all__ = ["Progress", "Solution", "solve", "solve_steps"]
 
-Progress = namedtuple("Progress", "fraction error seconds")
+
+class Progress(namedtuple("Progress", "fraction error seconds")):
+    """Of a solve. best: the Solution so far, or None; no part of the tuple."""
+
+    best = None
+
+    @classmethod
+    def of(cls, target_error, error, seconds, best):
+        step = cls(_fraction(error, target_error), error, seconds)
+        step.best = best
+        return step
 
 
 def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False):
     """Generator of Progress at least ten times a second; returns the Solution. Closing it cancels.
 
     target_error: of the radiance, relative L2 over all surfaces, of L - Le. time_limit: seconds, None for none.
-    enough(): asked at every step; True ends with the best so far, once there is one.
+    enough(): asked at every step; True ends with the best so far, once there is one. At the step that first tells of a
+    better one nothing else is at work: it may be read before the next.
     """
     target_error, time_limit = _check(scene, target_error, time_limit)
     choice = choose(scene, target_error)
@@ -29,7 +40,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False)
         steps = ray_steps(scene, target_error, time_limit, choice.why, enough)
     else:
         steps = link_steps(scene, target_error, time_limit, enough)
-    return (yield from mapped(steps, lambda now: Progress(_fraction(now[0], target_error), *now)))
+    return (yield from mapped(steps, lambda now: Progress.of(target_error, *now)))
 
 
 def solve(scene, target_error=1e-2, time_limit=None, progress=None):

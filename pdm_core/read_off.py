@@ -11,8 +11,8 @@ LEAST, AMONG = 64, 4  # points spread over a surface, and for each one taken, am
 
 
 class ReadOff:
-    """Of a solution with `scene`, `surface_errors`, `surface_norms`, `incident_steps`, `estimated_error_steps` and
-    `kept_steps`."""
+    """Of a solution with `scene`, `surface_errors`, `surface_norms`, `incident_steps`, `estimated_error_steps`,
+    `kept_steps`, and `held_steps`: the irradiance as its cells hold it, at once and roughly, without gathering."""
 
     def incident(self, surface_index, points, normals=None, inward=None):
         """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side.

@@ -4,7 +4,7 @@ from bpy.types import Panel, UIList
 
 from ..operators.bake_operator import PDM_OT_bake, PDM_OT_scan, PDM_OT_stop
 from ..operators.baking.left_out import other
-from ..operators.baking.report import duration, percent
+from ..operators.baking.report import duration, percent, roughly
 from ..operators.convergence_operator import PDM_OT_convergence, PDM_OT_convergence_page
 from ..operators.example_room import NAME as EXAMPLE
 from ..operators.example_room import PDM_OT_example_room
@@ -24,6 +24,7 @@ from .previews import picture
 from .wrapped import wrapped
 
 MOST_FORESEEN = 3  # sentences; the report has them all
+MUCH = 0.1  # of the colours, white in the views
 MOST_LISTED = 30  # warnings; the JSON report has them all
 KINDS = {"Object": "OBJECT_DATA", "Material": "MATERIAL", "World": "WORLD", "Light": "LIGHT"}
 ICONS = {"SPHERE": "MESH_UVSPHERE", "PLANE": "MESH_PLANE", "PLANES": "MESH_CUBE"}
@@ -65,6 +66,8 @@ def _ready(layout, context, settings):
         wrapped(layout, context, text, icon)
     if is_dark(settings):
         wrapped(layout, context, say(DARK), "LIGHT")
+    elif current.problem:
+        wrapped(layout, context, current.problem, "ERROR")
     for text in foreseen(settings)[:MOST_FORESEEN]:
         wrapped(layout, context, text, "ERROR")
     layout.row().prop(settings, "preset", text="")
@@ -87,10 +90,8 @@ def _running(layout, context):
     stage, column = current.stage, layout.column()
     column.progress(factor=current.done(), text=say(stage.text))
     left = current.left()
-    row = column.row()
-    row.label(text=duration(current.elapsed()), icon="TIME")
-    if left is not None:
-        row.label(text=say("about {} left", duration(left)))
+    text = duration(current.elapsed())
+    wrapped(column, context, text if left is None else say("{}, about {} left", text, roughly(left)), "TIME")
     if current.target:
         text = say("Error {}, target {}", percent(stage.error), percent(current.target))
         column.label(text=text, icon="DRIVER_DISTANCE")
@@ -120,6 +121,11 @@ def _result(layout, context, report):
         wrapped(column, context, say("{} off between vertices", percent(report["between_vertices"])), "ERROR")
         operator = layout.operator(PDM_OT_subdivide.bl_idname, text="Subdivide and Bake Again", icon="MOD_SUBSURF")
         operator.times, operator.rebake = 0, True
+    above = report.get("above_one", {"share": 0.0})  # older reports have none
+    if above["share"] > MUCH:
+        text = say("{} is above 1, white here: try Exposure {}", percent(above["share"]),
+                   f"{above['exposure']:.1f}")  # fmt: skip
+        wrapped(column, context, text, "LIGHT_SUN")
     layout.operator(PDM_OT_show_colours.bl_idname, icon="SHADING_SOLID", depress=is_shown(context.screen))
     row = layout.row(align=True)
     row.operator(PDM_OT_preview_material.bl_idname, icon="MATERIAL").remove = False
@@ -145,8 +151,9 @@ def _advanced(layout, context):
     layout.use_property_split = True
     layout.use_property_decorate = False
     layout.enabled = current.stage is None
+    idle = {"layer": settings.blend == "REPLACE", "ao_distance": "AO" not in settings.passes}
     for name in SETTING_NAMES:
-        if name != "layer" or settings.blend != "REPLACE":
+        if not idle.get(name):
             layout.prop(settings, name)
     layout.prop(settings, "show_after_bake")
 
@@ -223,7 +230,7 @@ def _report(layout, context):
         wrapped(layout, context, say(CURVE))
     foretold = {float(target): s for target, s in (report.get("foretold") or {}).items() if s}
     tighter = {target: s for target, s in foretold.items() if target < (report["error"] or 0.0)}
-    told = [say("{}: about {}", percent(target), duration(s)) for target, s in tighter.items()]
+    told = [say("{}: about {}", percent(target), roughly(s)) for target, s in tighter.items()]
     _list(layout, context, told, "For tighter targets", "TIME")
     if errors := report.get("heat_map"):
         top = percent(errors["top"])

@@ -23,6 +23,7 @@ from .layer import blended, check_layer
 from .own_meshes import OwnMeshes
 from .passes import OF_LIGHT, in_order, pass_steps
 from .report import bake_report, scan_result
+from .so_far import SoFar
 
 # error: the current estimated relative error; said: sentences to be told at once
 Stage = namedtuple("Stage", "text fraction error said", defaults=((),))
@@ -84,11 +85,12 @@ class _Found:
     errors: object = None
 
 
-def bake_steps(context, settings, enough=lambda: False, last=None):
+def bake_steps(context, settings, enough=lambda: False, last=None, show=None):
     """Generator: yields Stage(text, fraction, error) often, returns the report (dict, see report.py).
 
     Nothing in the file changes before the very end: closing the generator cancels. enough(): True ends solving with
-    the best so far; last: again.last where a solution is to be kept, and taken if there is one. Raises BakeError,
+    the best so far; last: again.last where a solution is to be kept, and taken if there is one; show(): called where
+    the best so far has been written, until the end or the closing of the generator takes that back. Raises BakeError,
     SceneError.
     """
     seconds = {}
@@ -97,11 +99,16 @@ def bake_steps(context, settings, enough=lambda: False, last=None):
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
         read = yield from _read(context, settings)
-    with _timed(seconds, "solve"):
-        scene = read.reading.scene
-        solution = last and last.recall(settings, scene)
-        solution = solution or (yield from _solve(scene, settings, seconds["read"], enough))
-    found = yield from _find(settings, read, solution, seconds, context.scene.pdm_radiosity.live)
+    so_far = SoFar(settings, list(zip(read.targets, read.points, strict=True)), show) if show else None
+    try:
+        with _timed(seconds, "solve"):
+            scene = read.reading.scene
+            solution = last and last.recall(settings, scene)
+            solution = solution or (yield from _solve(scene, settings, seconds["read"], enough, so_far))
+        found = yield from _find(settings, read, solution, seconds, context.scene.pdm_radiosity.live)
+    finally:
+        if so_far:
+            so_far.take_back()
     report = _write(context, settings, read, found, seconds)
     if last:
         last.keep(settings, solution)
@@ -281,10 +288,11 @@ def find_targets(reading):
     return targets
 
 
-def _solve(scene, settings, spent, enough):
-    """spent: seconds of the time limit that reading took."""
+def _solve(scene, settings, spent, enough, so_far):
+    """spent: seconds of the time limit that reading took; so_far: SoFar or None."""
     limit = max(settings.time_limit - spent, LEAST_SECONDS) if settings.time_limit else None
     steps = solve_steps(scene, settings.target_error, limit, enough)
+    steps = so_far.steps(steps) if so_far else steps
     return (yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error)))
 
 

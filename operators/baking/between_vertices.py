@@ -12,8 +12,9 @@ MOST, MANY, FEW = 4000, 32, 8  # points in all, and on each object where that al
 # parts of an edge, for which meshes that are too coarse are looked at: the later where the former are not enough
 FINER = (2, 4, 8), (16, 32, 64)
 FEW_AT_ONCE = 4000  # places: as soon read all at once, a bundle of rays takes 5 ms however few they are
-# points of that, in all and on each object; 64 on 82 crates took five times the solving, 500 of one floor 13 % of it
-LOOKED, LEAST_LOOKED = 250, 16
+# points of that, in all and on each object; 64 on 82 crates took five times the solving, 250 of a floor under a ball a
+# quarter of a draft's whole time
+LOOKED, LEAST_LOOKED = 100, 16
 
 
 @dataclass

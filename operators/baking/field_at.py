@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pdm_core import Solution
+from ...pdm_core.read_off import materials_at
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +24,14 @@ class Field:
         solution = self.solution
         read = solution.radiance_steps if self.quantity == "RADIANCE" else solution.incident_steps
         return read(surface, points, normals, inward, roughly)
+
+    def held(self, surface, points):
+        """The same as the solution's cells hold it, at once and roughly: generator of the fraction done."""
+        light = yield from self.solution.held_steps(surface, points)
+        if self.quantity == "IRRADIANCE":
+            return light
+        reflectance, emission = materials_at(self.solution.scene, surface, points)
+        return emission + reflectance * light
 
     def at_places(self, places, roughly=False):
         """[(n, 3)] at several places, each (surfaces, points, normals, inward) as in steps, all at once: generator."""

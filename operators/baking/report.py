@@ -10,10 +10,12 @@ import numpy as np
 
 from ...pdm_core.foretell import seconds_to
 from ..reading.read_scene import some
+from ..words import many, say
 from .left_out import left_out, other
 
 SCHEMA = 1
 MOST_NAMED = 4  # objects in one warning
+NEARLY_ALL = 0.95  # of the colours, which an exposure should keep below white
 FORETOLD = (0.01, 0.005, 0.0025)  # targets
 MANIFEST = Path(__file__).parents[2] / "blender_manifest.toml"
 
@@ -33,6 +35,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
     warnings [text]
     left_out [{kind, name, what, effect, advice}]: refused objects, those without colours, and what warnings tell
     vertices: how many the baked meshes have; colours: how many values were written to points or corners
+    above_one {share, exposure}: of the colours, which views show white; the exposure at which hardly any is, stops
     error: estimated relative error of the radiance; error_parts {name: part}; history [[seconds, error]]
     foretold {target: seconds}: what solving to it may take, from the history
     heat_map {attribute, top}, or None: the estimated error as colours, and what the last one of the ramp stands for
@@ -58,6 +61,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
         "left_out": left_out(objects, [{"name": n, "reason": reason} for n, reason in reading.refused], warnings),
         "vertices": sum(entry["vertices"] for entry in objects),
         "colours": sum(len(item.colours) for item in items),
+        "above_one": _above_one(settings, items),
         "error": solution.error,
         "between_vertices": between.error,
         "error_parts": dict(solution.error_parts),
@@ -84,18 +88,21 @@ def scan_result(reading):
 def one_line(report):
     """What was done, for the status bar and the terminal."""
     baked = sum(entry["baked"] for entry in report["objects"])
-    text = (
-        f"Baked {counted(baked, 'object')}, {counted(report['vertices'], 'vertex', 'vertices')}: "
-        f"estimated error {percent(report['error'])}, {report['seconds']['total']:.2f} s; "
-        f"between vertices {percent(report['between_vertices'])}"
+    text = say(
+        "Baked {}, {}: estimated error {}, {} s; between vertices {}",
+        many(baked, "object", "objects"),
+        many(report["vertices"], "vertex", "vertices"),
+        percent(report["error"]),
+        f"{report['seconds']['total']:.2f}",
+        percent(report["between_vertices"]),
     )
     refused = len(report["refused"])
     extra = [
-        (refused, "object refused", "objects refused"),
-        (len(report["left_out"]) - refused, "thing left out or approximated", "things left out or approximated"),
-        (len(other(report["warnings"])), "warning", "warnings"),
+        (refused, ("object refused", "objects refused")),
+        (len(report["left_out"]) - refused, ("thing left out or approximated", "things left out or approximated")),
+        (len(other(report["warnings"])), ("warning", "warnings")),
     ]
-    return "; ".join([text, *(counted(n, one, many) for n, one, many in extra if n)])
+    return "; ".join([text, *(many(n, *words) for n, words in extra if n)])
 
 
 def percent(error):
@@ -104,13 +111,19 @@ def percent(error):
 
 
 def duration(seconds):
-    """12 s, 2 min 5 s, 1 h 44 min"""
+    """12 s, 2 min 5 s, 1 h 44 min, 3 min"""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600:,} h {whole % 3600 // 60} min"
+    large, small = (whole // 60, whole % 60) if whole < 3600 else (whole // 3600, whole % 3600 // 60)
+    units = ("min", "s") if whole < 3600 else ("h", "min")
+    return f"{large:,} {units[0]}" + (f" {small} {units[1]}" if small else "")
+
+
+def roughly(seconds):
+    """The same of what is only foretold: whole minutes, and of hours tens of them"""
+    step = 1 if seconds < 60 else 60 if seconds < 3600 else 600
+    return duration(step * round(seconds / step))
 
 
 def counted(number, one, many=None):
@@ -136,6 +149,12 @@ def _object_entry(read, item=None, between=0.0, error=0.0):
         "between": between,
         "error": error,
     }
+
+
+def _above_one(settings, items):
+    most = np.concatenate([item.colours[:, :3].max(axis=1) for item in items])
+    stops = math.log2(max(np.quantile(most, NEARLY_ALL), 1.0))
+    return {"share": (most > 1).mean(), "exposure": round(settings.exposure - math.ceil(10 * stops) / 10, 1)}
 
 
 def _own_warnings(settings, between, items):

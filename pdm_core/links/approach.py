@@ -90,12 +90,12 @@ class Approach:
 
 
 def link_steps(scene, target_error, time_limit, enough=lambda: False):
-    """Generator of (error, seconds); returns the Solution with its warnings. Closing it cancels."""
+    """Generator of (error, seconds, best so far); returns the Solution with its warnings. Closing it cancels."""
     begun = time.perf_counter()
     set_up = in_thread(Approach, scene, target_error)
-    approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun))
+    approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun, None))
     for _ in approach.steps():
-        yield approach.check.error, approach.elapsed()
+        yield approach.check.error, approach.elapsed(), approach.best
         if approach.best and enough():
             break
         if is_over(time_limit, approach.elapsed(), approach.best is not None):

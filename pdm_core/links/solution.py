@@ -47,18 +47,27 @@ class Solution(ReadOff):
             yield min(done / len(points), 1.0)
         return np.maximum(out, 0.0)
 
+    def held_steps(self, surface, points):
+        """Irradiance / pi (n, 3), see ReadOff: generator of the fraction done."""
+        return np.maximum((yield from self._between_nodes(surface, points, self._light.total())), 0.0)
+
     def estimated_error_steps(self, surface, points):
         """(n,) at points (n, 3) m of surfaces (n,), see estimated_error: generator of the fraction done."""
+        out = yield from self._between_nodes(surface, points, self._check.node_error[:, None])
+        return SAFETY * np.maximum(out[:, 0], 0.0)
+
+    def _between_nodes(self, surface, points, value):
+        """Values (n nodes, c) of the sent nodes at points (n, 3) m of surfaces (n,) -> (n, c); yields."""
         transport = self._light.transport
-        on, sent, out = np.empty(points.shape), transport.sent, np.empty(len(points))
+        on, sent, out = np.empty(points.shape), transport.sent, np.empty((len(points), value.shape[1]))
         for k, mine in runs_of(surface):
             on[mine] = self.scene.surfaces[k].shape.project(points[mine]) - transport.origin
         for start in range(0, len(points), CACHED):
             part = slice(start, start + CACHED)
             placed = sent.locate(surface[part], sent.local(surface[part], on[part]))
-            out[part] = sent.interpolate(placed, self._check.node_error[:, None])[:, 0]
+            out[part] = sent.interpolate(placed, value)
             yield start / len(points)
-        return SAFETY * np.maximum(out, 0.0)
+        return out
 
     def irradiance(self, points, normals):
         """points (n, 3) m, normals (n, 3) of any length but 0, anywhere in space -> irradiance / pi (n, 3)"""

@@ -60,6 +60,11 @@ class RaySolution(ReadOff):
 
         return (yield from mapped(self._state.incident(receivers, roughly), fraction))
 
+    def held_steps(self, surface, points):
+        """Irradiance / pi (n, 3), see ReadOff: generator of the fraction done."""
+        node = yield from nodes_near(self._state.nodes, surface, points)
+        return np.append(self._state.received, np.zeros((1, 3)), axis=0)[node]  # of no node, -1: none
+
     def estimated_error_steps(self, surface, points):
         """(n,) at points (n, 3) m of surfaces (n,), see estimated_error: generator of the fraction done."""
         nodes, surfaces = self._state.nodes, len(self.scene)
@@ -116,6 +121,7 @@ class RayApproach:
             poor = poor + 1 if gained < LEAST_GAIN else 0
             if self.best is None or check.error <= self.best.error:
                 self.best = RaySolution(check, self.plan)
+                yield  # while no thread is at work
             if check.error <= self.target or turn == ROUNDS - 1 or poor == POOR:
                 return
             if not (yield from improve(check)):
@@ -123,13 +129,13 @@ class RayApproach:
 
 
 def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
-    """Generator of (error, seconds); returns the RaySolution, warnings for the caller to add. Closing it cancels."""
+    """Generator of (error, seconds, best so far); returns the RaySolution with its warnings. Closing it cancels."""
     begun = time.perf_counter()
     set_up = in_thread(RayApproach, scene, target_error, why)
-    approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun))
+    approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun, None))
     state, stopped = approach.state, False
     for _ in approach.steps():
-        yield approach.check.error, state.elapsed()
+        yield approach.check.error, state.elapsed(), approach.best
         has_solution = approach.best is not None
         stopped = is_over(time_limit, state.elapsed(), has_solution) or (has_solution and bool(enough()))
         if stopped:

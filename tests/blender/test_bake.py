@@ -40,6 +40,16 @@ def test_colours_are_the_solutions_radiance_at_the_vertices(addon):
     assert report["error"] <= 0.01
 
 
+def test_how_much_is_white_in_a_view_and_the_exposure_that_shows_it():
+    scenes.lit_ball()
+    dim = bake(target_error=0.05)["above_one"]
+    count = sum(len(scenes.colours(bpy.data.objects[name])) for name in ("Floor", "Ball", "Lamp"))
+    assert dim == {"share": 4 / count, "exposure": 0.0}  # the lamp's own four
+    bright = bake(target_error=0.05, exposure=6.0)["above_one"]
+    assert bright["share"] > 0.3 and bright["exposure"] < 6
+    assert bake(target_error=0.05, exposure=bright["exposure"])["above_one"]["share"] <= 0.05
+
+
 def test_lamp_shows_its_emission():
     scenes.lit_ball()
     bake()

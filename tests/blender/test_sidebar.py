@@ -184,10 +184,14 @@ def test_the_line_on_top_after_a_bake(addon, settings):
 
 
 @pytest.mark.parametrize(
-    "seconds, said", [(0.4, "0 s"), (59.4, "59 s"), (59.7, "1 min 0 s"), (125, "2 min 5 s"), (6223, "1 h 43 min")]
-)
-def test_durations(addon, seconds, said):
-    assert addon("operators.baking.report").duration(seconds) == said
+    "seconds, said, about", [
+        (0.4, "0 s", "0 s"), (59.4, "59 s", "59 s"), (59.7, "1 min", "1 min"), (125, "2 min 5 s", "2 min"),
+        (2172, "36 min 12 s", "36 min"), (6223, "1 h 43 min", "1 h 40 min"), (7200, "2 h", "2 h"),
+    ],
+)  # fmt: skip
+def test_durations(addon, seconds, said, about):
+    report = addon("operators.baking.report")
+    assert report.duration(seconds) == said and report.roughly(seconds) == about
 
 
 def test_the_bar_never_runs_back(addon):
@@ -205,6 +209,20 @@ def test_the_bar_never_runs_back(addon):
         current.at(stage("Evaluating vertices", share, 0.01))
         seen.append(current.done())
     assert (np.diff(seen) >= 0).all() and seen[0] < 0.1 and seen[-1] == 1 and current.can_be_kept()
+
+
+def test_time_left_is_not_told_where_it_is_over(addon):
+    """As long as it took to halve the error, and no longer: it said about 0 s for minutes."""
+    modal = addon("operators.modal_steps")
+    current = modal._Current()
+    current.begin(object(), None, 0.01, True)
+    clock = [1.0]
+    current.elapsed = lambda: clock[0]
+    for clock[0], error in ((1.0, 0.04), (2.0, 0.02)):
+        current.at(addon("operators.baking.bake").Stage("Solving", 0.0, error))
+    assert 1 < current.left() < 6
+    clock[0] = 20.0
+    assert current.left() is None and current.done() <= 0.9
 
 
 def test_while_something_runs_nothing_else_may(addon):

@@ -7,7 +7,8 @@ import bpy
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-SOURCES = [*(ROOT / "ui").glob("*.py"), *(ROOT / "operators").glob("*.py"), ROOT / "operators" / "baking" / "bake.py"]
+SOURCES = [*(ROOT / "ui").glob("*.py"), *(ROOT / "operators").glob("*.py")]
+SOURCES += [ROOT / "operators" / "baking" / name for name in ("bake.py", "report.py")]
 # functions, and how many first words are said
 SAID_BY = {"stage": 1, "say": 1, "many": 3, "poll_message_set": 1, "Stage": 1}
 NEVER_SHOWN = {
@@ -77,6 +78,8 @@ def test_every_string_has_an_entry_with_the_same_values(shown, addon):
         "object", "objects", "light", "lights", "Read", "Solve", "Evaluate", "Check", "Write", "Total", "Objects baked",
         "Vertices", "Error", "Between vertices", "Seconds", "For tighter targets", "Warnings", "Notes", "Left out",
         "Plan", "Own errors", "Time", "Said", "Estimating errors",
+        "object refused", "objects refused", "thing left out or approximated", "things left out or approximated",
+        "warning", "warnings",
         "Stop solving and bake what there is, with its error",
     }  # fmt: skip
 

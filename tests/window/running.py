@@ -1,7 +1,7 @@
 """While a bake runs, how it ends, Live, and what is refused."""
 
 import bpy
-from hands import first_scene, key, panel, pick, press, running, settings, shot, started, until
+from hands import first_scene, key, module, panel, pick, press, running, settings, shot, started, until
 
 
 def steps():
@@ -46,8 +46,8 @@ def steps():
         light.energy = 0
     background = bpy.context.scene.world.node_tree.nodes["Background"]
     background.inputs["Strength"].default_value = 0
-    yield 2.0
+    yield 4.0  # the panel says so, and its buttons have come down, before the mouse looks for one
     shot("20-dark")
     yield from press("pdm.bake")
-    yield from until(lambda: not running())
+    yield from until(lambda: module("operators.modal_steps").current.problem)
     shot("21-error")

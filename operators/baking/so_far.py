@@ -1,0 +1,71 @@
+"""The best so far, in the colours of the meshes while a bake in a window goes on; before it ends, in whatever way, they
+are put back."""
+
+import numpy as np
+
+from ...pdm_core.foretell import seconds_to
+from ...pdm_core.signs_of_life import mapped
+from .colour_attribute import Colours, write_colours
+from .field_at import Field
+from .layer import blended
+
+# s that solving takes still, by what is foretold, and for each colour: sooner, the end itself is seen. Where colours
+# change Blender smooths a view anew: by software 5 s of work for 10,000
+LEAST = 3.0, 2e-3
+LATER = 8.0  # times as long as up to the last one until the next
+
+
+class SoFar:
+    """Of a bake with BakeSettings and [(ReadObject, BakePoints)]; show() is called when there is something to be seen.
+
+    What the solution's cells hold is read, not gathered anew for each vertex: that takes as long as solving."""
+
+    def __init__(self, settings, targets, show):
+        self.settings, self.show = settings, show
+        # the others get their meshes at the end
+        self.targets = [(t, p) for t, p in targets if not (t.is_applied or t.is_single_user)]
+        self.best, self.history, self.due, self.undo = None, [], 0.0, None
+
+    def steps(self, solving):
+        """The Progress of a solver at each step, and at those between them that read its best so far."""
+        try:
+            while True:
+                try:
+                    now = next(solving)
+                except StopIteration as end:
+                    return end.value
+                yield now
+                if now.best is not self.best:
+                    self.best = now.best
+                    yield from self._show(now)
+        finally:
+            solving.close()
+
+    def _show(self, now):
+        self.history.append((now.seconds, now.best.error))
+        left = (seconds_to(self.history, self.settings.target_error) or 0.0) - now.seconds
+        if limit := self.settings.time_limit:
+            left = min(left, limit - now.seconds)
+        worth = max(LEAST[0], LEAST[1] * sum(p.size for _, p in self.targets))
+        if left < worth or now.seconds < self.due or not self.targets:
+            return
+        self.due = LATER * now.seconds
+        places = [np.concatenate(part) for part in zip(*((p.surfaces, p.points) for _, p in self.targets))]
+        values = yield from mapped(Field(self.best, self.settings.quantity).held(*places), lambda _: now)
+        self._write(np.split(values, np.cumsum([len(p.points) for _, p in self.targets])[:-1]))
+
+    def _write(self, values):
+        items = [
+            Colours(target.name, p.domain, p.colours(v * 2.0**self.settings.exposure))
+            for (target, p), v in zip(self.targets, values, strict=True)
+        ]
+        items = [blended(self.settings, item) for item in items]
+        undo = write_colours(items, self.settings.attribute, self.settings.data_type)
+        self.undo = self.undo or undo
+        self.show()
+
+    def take_back(self):
+        """The colours as they were before."""
+        if self.undo:
+            self.undo()
+            self.undo = None
