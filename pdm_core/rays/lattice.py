@@ -8,6 +8,7 @@ import numpy as np
 
 FINEST = 1 << 10  # finest cells along an axis
 MOST = 1 << 20  # of them on a chart
+QUARTERS = 4  # of a leaf
 NEXT = 0.4  # of the surplus that cells show: what is left within them
 
 
@@ -88,6 +89,22 @@ class Lattice:
         ends = [(cell[:, 0], next_[:, 1]), (next_[:, 0], cell[:, 1]), (next_[:, 0], next_[:, 1])]
         leaf = np.stack([own, *(self.leaf.take(first + a * row + b) for a, b in ends)], axis=1)
         return leaf, np.stack([(1 - x) * (1 - y), (1 - x) * y, x * (1 - y), x * y], axis=1)
+
+    def quarters(self, chart, at):
+        """(h,) Numbers of the quarters of leaves, QUARTERS of each in turn, at places (h, 2) in [0, 1]^2 on charts."""
+        size = self.size.take(chart, axis=0)
+        scaled = at * size
+        cell = np.minimum(scaled.astype(np.int32), size - 1)
+        own = self.leaf.take(self.first.take(chart) + cell[:, 0] * size[:, 1] + cell[:, 1])
+        step = self.step.take(own, axis=0)
+        upper = 2 * (scaled - (cell & -step)) >= step
+        return QUARTERS * own + 2 * upper[:, 0] + upper[:, 1]
+
+    def middles(self, quarter):
+        """Charts (h,) and places (h, 2) of the middles of quarters of leaves (h,)."""
+        own, part = np.divmod(quarter, QUARTERS)
+        chart, upper = self.chart[own], np.column_stack(np.divmod(part, 2))
+        return chart, (self.corner[own] + (upper + 0.5) / 2 * self.step[own]) / self.size[chart]
 
     def surplus(self, value, within):
         """value (k, c) of the leaves -> (k, 2): how far values half as wide along each axis may be off; within (k,):

@@ -40,8 +40,8 @@ class Merged:
 
     def _merge(self):
         """Of the shapes: split {shape: Split}, group {shape: (T, 3)}, the corners of its parts, distinct {shape:
-        number}, how many of them are different; of all in turn corner (sum of T, 3), and of facets parts, first_part
-        (m facets,): see split.find."""
+        number}, how many of them are different; of all in turn corner (sum of T, 3) and facet (sum of T,), whose each
+        is; of facets parts, first_part (m facets,): see split.find."""
         scene, facets = self.facets.scene, self.facets
         for key, k in {scene.shape_of[k]: k for k in self.which if self.anew[k]}.items():
             shape = scene.surfaces[k].shape
@@ -59,6 +59,8 @@ class Merged:
             self.parts[mine], self.first_part[mine] = split.parts, begin + split.first
             begin += len(split)
         self.corner = np.concatenate([np.zeros((0, 3), np.int32), *self.group.values()])
+        facet = [facets.first[key] + split.triangle for key, split in self.split.items()]
+        self.facet = np.concatenate([np.zeros(0, int), *facet])
 
     def nodes(self, k):
         """Of the groups of a surface: it (n,), -1 (n,), the area of each (n,) m^2, points and normals (n, PLACES, 3)
@@ -84,9 +86,13 @@ class Merged:
 
     def corners(self, facet, at):
         """Groups and weights (h, 3) that interpolate at places (h, 2) of facets (h,)."""
-        part, at = find(self.parts.take(facet), self.first_part.take(facet), at)
+        part, at = self.part(facet, at)
         s, t = at.T
         return self.corner.take(part, axis=0), np.stack([1 - s - t, s, t], axis=1)
+
+    def part(self, facet, at):
+        """Which parts (h,) of facets (h,) places (h, 2) are on, and where on them (h, 2)."""
+        return find(self.parts.take(facet), self.first_part.take(facet), at)
 
     def surplus(self, k, value):
         """How far values (n, c) of a surface's groups vary over its faces, in L2."""

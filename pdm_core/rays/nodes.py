@@ -159,13 +159,11 @@ class Nodes:
         node, weight = np.zeros((len(facet), 4), np.int32), np.zeros((len(facet), 4), np.float32)
         mesh = np.flatnonzero(carries & ~self.charts.has[own])
         if len(mesh):
-            there = self._chart_at(facet[mesh], at[mesh])
-            there /= np.maximum(there.sum(axis=1, keepdims=True), 1.0)
-            there = there.astype(np.float32)  # of which weights are made that sum to 1 all but exactly
+            there = self.on_triangles(facet[mesh], at[mesh]).astype(np.float32)  # weights sum to 1 all but exactly
             node[mesh, :3], weight[mesh, :3] = self.on_meshes(own[mesh], facet[mesh], there)
         flat = np.flatnonzero(carries & self.charts.has[own])
         if len(flat):
-            there = self._chart_at(facet[flat], at[flat])
+            there = self.chart_at(facet[flat], at[flat])
             node[flat], near = self.lattice.columns(own[flat], there)
             weight[flat] = self.parted.reached(node[flat], near, there)
         return node, weight
@@ -175,7 +173,12 @@ class Nodes:
         group, weight = self.meshes.corners(facet, at)
         return self.first[own][:, None] + group, weight
 
-    def _chart_at(self, facet, at):
+    def on_triangles(self, facet, at):
+        """Places (h, 2) of hits on meshes' triangles, which facets reach a little beyond."""
+        there = self.chart_at(facet, at)
+        return there / np.maximum(there.sum(axis=1, keepdims=True), 1.0)
+
+    def chart_at(self, facet, at):
         """Chart positions (h, 2) of hits; a facet's own (s, t) are on it, a little wider than the shape is."""
         local = np.flatnonzero(facet < self.facets.count)
         chart = self.facets.chart.take(facet[local], axis=0)

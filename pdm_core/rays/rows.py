@@ -1,4 +1,4 @@
-"""What receivers get from the nodes: hits of their rays as sparse rows, in halves of the rays for the error."""
+"""What receivers get from the nodes: the spots that their rays meet, in halves of the rays for the error."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,12 @@ import numpy as np
 from ..shapes.shape import lattice
 from .bundles import CONTACT, NOTHING, along
 from .grid import batches
+from .spots import Spots
 
 HALVES = 2  # of the directions, alternately
 MISS, DARK = -1, -2  # instead of a facet's code
 FINE_SKY, AT_ONCE = 1 << 15, 32  # directions that find small bright parts of a sky; points at once
+RAYS_AT_ONCE = 1 << 16  # whose spots and light are found together
 
 
 def directions(count):
@@ -31,8 +33,8 @@ class Traced:
 
     @staticmethod
     def bytes_for(count, directions):
-        """Memory of so many rays, and of the rows made of them."""
-        return count * directions * (16 + 80)
+        """Memory of so many rays and their spots, and of those that they replace, which the solution before keeps."""
+        return 2 * count * directions * (16 + 4)
 
     def trace(self, facets, receivers, which):
         """Rays, the rows `which` (n,) of this, of receivers(rows, j) (k,) of them along the j-th directions (k,);
@@ -94,53 +96,86 @@ def light_of(rays, sent, scene, directions):
 
 
 class Gathered:
-    """Sparse rows over the nodes, and what comes from the sky: of all rays, and of each half of them.
+    """What receivers get of the nodes, each ray's share of it by the spot that it meets, and what comes from the sky.
 
     sky (n, 3): irradiance / pi; times(value (n nodes, c)) -> (n, c)."""
 
     def __init__(self, traced, nodes, scene):
         n, m = traced.code.shape
-        half = np.arange(m) % HALVES
-        cosine = np.abs(traced.cosine)
-        # in double precision: all nodes share their directions, and with them how these are rounded; between white
-        # walls a part in 10^8 comes back a million times
-        total = np.stack([cosine[:, half == h].sum(axis=1, dtype=float) for h in range(HALVES)], axis=1)
-        self.share = total / np.maximum(total.sum(axis=1, keepdims=True), 1e-300)
-        weight = cosine / np.maximum(total, 1e-300)[:, half]
-        self.skies = [np.zeros((n, 3)) for _ in range(HALVES)]
-        self.halves = []
-        for h in range(HALVES):
-            mine = half == h
-            code, w = traced.code[:, mine], weight[:, mine]
-            if scene.sky is not None or (scene.background > 0).any():
-                missed = np.where(code == MISS, w, 0.0)
-                self.skies[h] = from_sky(missed, traced.cosine[:, mine], traced.directions[mine], scene)
+        self.cosine, self.nodes = traced.cosine, len(nodes)
+        step = max(RAYS_AT_ONCE // max(m, 1), 1)
+        self.parts = [slice(k, k + step) for k in range(0, n, step)]
+        self._find_spots(traced, Spots(nodes))
+        self.total, self.skies = np.zeros((n, HALVES)), np.zeros((HALVES, n, 3))
+        has_sky = scene.sky is not None or scene.background.any()
+        for part in self.parts:
+            for h in range(HALVES):
+                cosine = traced.cosine[part, h::HALVES]
+                weight = np.abs(cosine)
+                # in double precision: all nodes share their directions, and with them how these are rounded; between
+                # white walls a part in 10^8 comes back a million times
+                self.total[part, h] = weight.sum(axis=1, dtype=float)
+                if has_sky:
+                    missed = np.where(traced.code[part, h::HALVES] == MISS, weight, 0.0)
+                    self.skies[h, part] = from_sky(missed, cosine, traced.directions[h::HALVES], scene)
+        self.skies /= np.maximum(self.total.T, 1e-300)[:, :, None]
+        self.whole = np.maximum(self.total.sum(axis=1, keepdims=True), 1e-300)
+
+    def _find_spots(self, traced, spots):
+        """spot (n, m): of those that are met the one of each ray, the last for all that carries nothing; node, weight
+        (k, 4): what interpolates on each."""
+        self.spot, met = np.full(traced.code.shape, -1, np.int32), np.zeros(spots.count + 1, bool)
+        for part in self.parts:
+            code = traced.code[part]
             row, column = np.nonzero(code >= 0)
             hit = code[row, column]
-            node, basis = nodes.columns(hit >> 1, traced.at[:, mine][row, column], (hit & 1) == 0)
-            basis = basis * cosine[:, mine][row, column, None]
-            row = np.repeat(row, 4)
-            node, basis = node.ravel(), basis.ravel()
-            keep = np.flatnonzero(basis > 0)
-            row, node, basis = row[keep], node[keep], basis[keep]
-            self.halves.append(_Sparse(row, node, basis, 1 / np.maximum(total[:, h], 1e-300)))
+            mine = spots.of(hit >> 1, traced.at[part][row, column], hit & 1)
+            self.spot[part][row, column] = mine
+            met[mine] = True
+        met[-1] = False
+        self.node, self.weight = spots.basis(np.flatnonzero(met))
+        number = np.cumsum(met, dtype=np.int32) - 1
+        number[-1] = len(self.node)
+        for part in self.parts:
+            self.spot[part] = number.take(self.spot[part])  # -1 is the last
 
     @property
     def sky(self):
-        return self.share[:, :1] * self.skies[0] + self.share[:, 1:] * self.skies[1]
+        return (self.total.T[:, :, None] * self.skies).sum(axis=0) / self.whole
 
     def times(self, value):
         """value (n nodes, c) -> (n, c)"""
-        a, b = (half.times(value) for half in self.halves)
-        return self.share[:, :1] * a + self.share[:, 1:] * b
+        return self._summed(value, slice(None)) / self.whole
+
+    def _summed(self, value, rays):
+        """(n, c) Sums over a slice of the rays of value (n nodes, c)."""
+        out = np.zeros((len(self.spot), value.shape[1]))
+        light = np.zeros((value.shape[1], len(self.node) + 1))
+        for c, of_nodes in enumerate(value.T):
+            light[c, :-1] = np.einsum("sk,sk->s", self.weight, of_nodes.take(self.node))
+        for part in self.parts:
+            spot, weight = self.spot[part, rays].astype(np.intp), np.abs(self.cosine[part, rays]).astype(float)
+            for c, of_spots in enumerate(light):
+                out[part, c] = np.einsum("nm,nm->n", weight, of_spots.take(spot))
+        return out
 
     def back(self, value):
         """The transpose of times: value (n, c) -> (n nodes, c)"""
-        return sum(half.back(share[:, None] * value, len(value)) for half, share in zip(self.halves, self.share.T))
+        of_spots = np.zeros((value.shape[1], len(self.node) + 1))
+        value = value / self.whole
+        for part in self.parts:
+            spot, weight = self.spot[part].ravel(), np.abs(self.cosine[part])
+            for c, mine in enumerate(value[part].T):
+                of_spots[c] += np.bincount(spot, (mine[:, None] * weight).ravel(), len(of_spots[c]))
+        shares = [(self.weight * light[:-1, None]).ravel() for light in of_spots]
+        return np.column_stack([np.bincount(self.node.ravel(), share, self.nodes) for share in shares])
 
     def unsure(self, value):
         """(n, c) What half the rays tell less what all do, the sky's light included, value (n nodes, c)."""
-        a, b = (sky + half.times(value) for sky, half in zip(self.skies, self.halves))
+        a, b = (
+            self.skies[h] + self._summed(value, slice(h, None, HALVES)) / np.maximum(self.total[:, h, None], 1e-300)
+            for h in range(HALVES)
+        )
         return (a - b) / 2
 
 
@@ -171,26 +206,3 @@ def sky_missed(scene, alone, traced):
     share = cosine / cosine.sum(axis=1, keepdims=True)
     missed = np.where(traced.code == MISS, share, 0.0).sum(axis=1)
     return missed[:, None] * np.abs(alone - from_sky(share, traced.cosine, traced.directions, scene))
-
-
-class _Sparse:
-    """A matrix as sorted entries, its rows times scale (n rows,)."""
-
-    def __init__(self, row, column, weight, scale):
-        self.column, self.weight, self.count, self.scale = column, weight, len(scale), scale[:, None]
-        self.rows, self.start = np.unique(row, return_index=True)
-
-    def times(self, value):
-        out = np.zeros((self.count, value.shape[1]))
-        if len(self.rows):
-            for c in range(value.shape[1]):
-                each = np.ascontiguousarray(value[:, c]).take(self.column)
-                out[self.rows, c] = np.add.reduceat(each * self.weight, self.start)
-        return out * self.scale
-
-    def back(self, value, count):
-        """The transpose of times: value (n rows, c) -> (count, c)"""
-        out, each = np.zeros((count, value.shape[1])), np.diff(self.start, append=len(self.column))
-        for c, of_row in enumerate((value * self.scale)[self.rows].astype(np.float32).T):
-            out[:, c] = np.bincount(self.column, np.repeat(of_row, each) * self.weight, count)
-        return out
