@@ -8,7 +8,7 @@ import numpy as np
 
 from ..shapes.shape import lattice
 from .bundles import along
-from .nodes import PLACES
+from .nodes import PLACES, place_of
 from .rows import DARK
 
 LOOKED = 16  # directions, and their opposites, from places that all rays leave towards sides without light
@@ -17,7 +17,7 @@ LOOKED = 16  # directions, and their opposites, from places that all rays leave 
 def covered(traced, nodes, which):
     """(k, PLACES) bool of nodes `which` (k,), by their traced rays."""
     code = traced.code[which]
-    place = np.arange(code.shape[1]) % PLACES
+    place = place_of(np.arange(code.shape[1]))
     lost = code == DARK
     out = np.zeros((len(which), PLACES), bool)
     dead = np.ones_like(out)

@@ -59,16 +59,21 @@ class RayState:
 
     # -- geometry ------------------------------------------------------------------------------------------------
 
-    def extend(self, old):
-        """Rays and direct light of the nodes that old (n,) does not know, -1; yields."""
-        self.traced = self.traced.moved(len(old), old)
+    def extend(self, old, count=None):
+        """Rays and direct light of the nodes that old (n,) does not know, -1; rays of all of them along so many
+        directions where a count is given; yields."""
+        if count is not None:
+            self.traced = Traced(0, directions(count))
+        self.traced = self.traced.moved(old if count is None else np.full(len(old), -1))
         new = np.flatnonzero(old < 0)
         yield from self.trace(new)
         hidden = yield from in_thread(covered, self.traced, self.nodes, new)
         hidden |= yield from in_thread(self.nodes.other_side, new, hidden)
         kept, changed = yield from in_thread(self.nodes.uncover, new, hidden)
-        self.traced, old = self.traced.moved(len(kept), kept), old[kept]
+        self.traced, old = self.traced.moved(kept), old[kept]
         yield from self.trace(changed)
+        if count is not None:
+            yield from self.trace(np.flatnonzero(old >= 0))
         new = np.flatnonzero(old < 0)
         lit, told = self.nodes.lit_places(new), AT_NODES_TOLD * self.target
         each, off, lost = yield from self.shares.at(lit, told * self.scale(), told, AT_NODES)
@@ -87,10 +92,10 @@ class RayState:
         self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
         yield from in_thread(self.link)
 
-    def take_nodes(self, nodes):
-        """Finer nodes, in place of those that they were made from; yields."""
+    def take_nodes(self, nodes, count=None):
+        """Finer nodes in place of those that they were made from, all with `count` directions where given; yields."""
         self.nodes = nodes
-        yield from self.extend(nodes.old)
+        yield from self.extend(nodes.old, count)
 
     def trace_anew(self, count):
         """Rays of all nodes along so many directions; yields."""

@@ -19,6 +19,13 @@ from .standing import PartedCells, Standing
 FIRST = 64  # cells along an axis to begin with at most
 USUAL = 3000  # cells to begin with, where there are fewer shapes
 LIT = 8  # of them where direct light is worked out
+NEXT_TURN = 5  # places further on in each next turn: an odd number
+
+
+def place_of(j):
+    """(k,) From which place of a node the j-th directions (k,) start: from each of them in turn, but so that every
+    second direction comes to all of them, and those of one place are spread around."""
+    return (j + NEXT_TURN * (j // PLACES)) % PLACES
 
 
 class Nodes:
@@ -133,8 +140,8 @@ class Nodes:
         return new
 
     def from_place(self, which, j):
-        """Receivers of nodes which (k,) at the j-th of their places, j (k,)."""
-        return self.places.take(which * PLACES + j % PLACES)
+        """Receivers of nodes which (k,) at their places of the j-th directions, j (k,)."""
+        return self.places.take(which * PLACES + place_of(j))
 
     def lit_places(self, which):
         """Receivers at LIT places of each of the nodes which (k,), in turn."""

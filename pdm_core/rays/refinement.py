@@ -31,11 +31,13 @@ def improve(check):
     if excess["shadows"] > 1 and state.told > LEAST_TOLD:
         state.told *= max(0.7 / excess["shadows"], 0.1)
         check.looked, did = None, True
-    if excess["nodes"] > 1:
-        did |= yield from trace_finer(state, excess["nodes"])
-    if excess["sent"] > 1:
-        did |= yield from refine(check, excess["sent"])
-    return did
+    count = finer_directions(state, excess["nodes"]) if excess["nodes"] > 1 else None
+    finer = (yield from finer_nodes(check, excess["sent"], count)) if excess["sent"] > 1 else None
+    if finer is not None:
+        yield from state.take_nodes(finer, count)
+    elif count is not None:
+        yield from state.trace_anew(count)
+    return did or finer is not None or count is not None
 
 
 def excess_of(check):
@@ -48,33 +50,31 @@ def excess_of(check):
     return {k: check.parts[k] / share for k, share in shares.items()}
 
 
-def trace_finer(state, excess):
-    """More directions at the nodes, whose error is so many times too large, where memory has room; yields."""
+def finer_directions(state, excess):
+    """How many directions of the nodes, whose error is so many times too large, are enough; None where memory has no
+    room for more."""
     more = max(min(excess, MOST_MORE[1]) ** (1 / POWER), MORE)
     count = int(np.ceil(len(state.traced.directions) * more))
     count += count % 2
-    if Traced.bytes_for(len(state.nodes), count) > RAY_MEMORY:
-        return False
-    yield from state.trace_anew(count)
-    return True
+    return None if Traced.bytes_for(len(state.nodes), count) > RAY_MEMORY else count
 
 
-def refine(check, excess):
-    """Halve the cells that hold most of the error of what is sent, which is so many times too large; yields."""
+def finer_nodes(check, excess, count):
+    """Nodes with the cells halved that hold most of the error of what is sent, which is so many times too large; count:
+    of their directions, if not as before; None where that helps no more; yields."""
     state, nodes = check.state, check.state.nodes
-    cells, meshes = yield from in_thread(_worst, check, excess)
+    room = int(RAY_MEMORY / Traced.bytes_for(1, count or len(state.traced.directions)))
+    cells, meshes = yield from in_thread(_worst, check, excess, room)
     if not cells.any() and not meshes.any():
-        return False
+        return None
     finer = yield from in_thread(nodes.refined, cells, meshes)
-    if _bytes(state, len(finer)) > RAY_MEMORY or len(finer) == len(nodes):
-        return False
-    yield from state.take_nodes(finer)
-    return True
+    return None if len(finer) > room or len(finer) == len(nodes) else finer
 
 
-def _worst(check, excess):
-    """Which cells (k, 2) to halve along which axis, and which meshes (n surfaces,) to merge less."""
-    state, nodes = check.state, check.state.nodes
+def _worst(check, excess, room):
+    """Which cells (k, 2) to halve along which axis, and which meshes (n surfaces,) to merge less, so that there are not
+    more nodes than there is room for."""
+    nodes = check.state.nodes
     seen, (cells, meshes) = check.seen(), check.surplus
     area, together = (np.bincount(nodes.surface, a, len(meshes)) for a in (nodes.weight, nodes.weight * seen))
     meshes = meshes * together / np.maximum(area, 1e-300)
@@ -94,7 +94,7 @@ def _worst(check, excess):
     order = np.argsort(square / new)
     # what brings most for its memory first
     best = order[::-1][marked[order[::-1]]]
-    marked[best[np.cumsum(new[best]) > RAY_MEMORY / _bytes(state, 1) - len(nodes)]] = False
+    marked[best[np.cumsum(new[best]) > room - len(nodes)]] = False
     return marked[: cells.size].reshape(cells.shape), marked[cells.size :]
 
 
@@ -106,7 +106,3 @@ def _marked(square, new, may, allowed):
     marked = np.zeros(len(square), bool)
     marked[order[(kept + HALVED**2 * (1 - kept) > allowed) & (kept > KEPT_WHOLE)]] = True
     return marked & may
-
-
-def _bytes(state, nodes):
-    return Traced.bytes_for(nodes, len(state.traced.directions))

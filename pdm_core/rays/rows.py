@@ -47,9 +47,9 @@ class Traced:
             self.at[rows, j], self.cosine[rows, j] = hits.at, hits.cosine
             yield
 
-    def moved(self, count, old):
-        """Of `count` receivers, those known before, old (count,) >= 0, with their rays."""
-        new, known = Traced(count, self.directions), old >= 0
+    def moved(self, old):
+        """Of receivers of which some were known before, old (n,) >= 0 which, those with their rays."""
+        new, known = Traced(len(old), self.directions), old >= 0
         for name in ("code", "at", "cosine"):
             getattr(new, name)[known] = getattr(self, name)[old[known]]
         return new
