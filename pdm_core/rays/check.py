@@ -19,7 +19,6 @@ CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
 SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
 CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
-SIGNS = 4  # random ones of each node, that tell what others see of it
 USUAL = 4.0  # nodes whose weight the usual error of a surface has beside its own
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
@@ -113,15 +112,6 @@ class Check:
         self.surplus = cells, meshes**2
         whole = self._relative(some, scene.areas[some], square[some] / scene.areas[some])
         return SOURCE * max(1.0, CANCEL * state.gain) * whole
-
-    def seen(self):
-        """(n,) What an error of each node, of an m^2, comes to at all others, in squares of their own light: those near
-        by see it in full, those far off as one of many. A few random signs tell sums of squares."""
-        state, nodes = self.state, self.state.nodes
-        scale = state.own_square(DIM)[nodes.surface]
-        counts = nodes.reflectance.mean(axis=1) * np.sqrt(nodes.weight / scale)
-        signs = np.random.default_rng(1).choice([-1.0, 1.0], (len(nodes), SIGNS))
-        return (state.rows.back(counts[:, None] * signs) ** 2).mean(axis=1) / np.maximum(nodes.weight, 1e-300)
 
     def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,

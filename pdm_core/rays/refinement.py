@@ -5,6 +5,7 @@ import numpy as np
 from ..plan import RAY_MEMORY
 from ..signs_of_life import in_thread
 from .check import SAFETY
+from .engine import DIM
 from .rows import Traced
 
 MOST_RAYS = 4096  # directions of a point where colours are read
@@ -74,14 +75,20 @@ def finer_nodes(check, excess, count):
 def _worst(check, excess, room):
     """Which cells (k, 2) to halve along which axis, and which meshes (n surfaces,) to merge less, so that there are not
     more nodes than there is room for."""
-    nodes = check.state.nodes
-    seen, (cells, meshes) = check.seen(), check.surplus
-    area, together = (np.bincount(nodes.surface, a, len(meshes)) for a in (nodes.weight, nodes.weight * seen))
-    meshes = meshes * together / np.maximum(area, 1e-300)
-    square = np.concatenate([(cells * seen[: len(cells), None]).ravel(), meshes])
+    nodes, scene = check.state.nodes, check.state.scene
+    (cells, meshes), own = check.surplus, nodes.surface[: len(check.surplus[0])]
+    # what rules the error that is stated: what all of it is of all light, or what each surface's is of its own
+    of_own = 1 / check.state.own_square(DIM)
+    each = np.bincount(own, cells.sum(axis=1), len(scene)) + meshes
+    if (each * of_own).sum() / scene.areas[check.state.reflects].sum() > each.sum() / check.state.norm**2:
+        cells, meshes = cells * of_own[own, None], meshes * of_own
+    # both sides of a mesh become finer together
+    number, meshes = (np.bincount(scene.shape_of, a) for a in (np.where(nodes.charts.has, 0, nodes.number), meshes))
+    coarse = np.bincount(scene.shape_of, ~nodes.meshes.is_finest) > 0
+    square = np.concatenate([cells.ravel(), meshes])
     # a cell becomes two, each part of a mesh four
-    new = np.concatenate([np.ones(cells.size), np.maximum(3 * nodes.number, 1)])
-    may = np.concatenate([nodes.lattice.may_split().ravel(), ~nodes.meshes.is_finest]) & (square > 0)
+    new = np.concatenate([np.ones(cells.size), np.maximum(3 * number, 1)])
+    may = np.concatenate([nodes.lattice.may_split().ravel(), coarse]) & (square > 0)
     allowed = (REACHED / excess) ** 2
     marked, cells_alone = (
         _marked(square, new, some, allowed) for some in (may, may & (np.arange(len(new)) < cells.size))
@@ -95,7 +102,7 @@ def _worst(check, excess, room):
     # what brings most for its memory first
     best = order[::-1][marked[order[::-1]]]
     marked[best[np.cumsum(new[best]) > room - len(nodes)]] = False
-    return marked[: cells.size].reshape(cells.shape), marked[cells.size :]
+    return marked[: cells.size].reshape(cells.shape), marked[cells.size :][scene.shape_of]
 
 
 def _marked(square, new, may, allowed):

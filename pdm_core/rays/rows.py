@@ -102,7 +102,7 @@ class Gathered:
 
     def __init__(self, traced, nodes, scene):
         n, m = traced.code.shape
-        self.cosine, self.nodes = traced.cosine, len(nodes)
+        self.cosine = traced.cosine
         step = max(RAYS_AT_ONCE // max(m, 1), 1)
         self.parts = [slice(k, k + step) for k in range(0, n, step)]
         self._find_spots(traced, Spots(nodes))
@@ -158,17 +158,6 @@ class Gathered:
             for c, of_spots in enumerate(light):
                 out[part, c] = np.einsum("nm,nm->n", weight, of_spots.take(spot))
         return out
-
-    def back(self, value):
-        """The transpose of times: value (n, c) -> (n nodes, c)"""
-        of_spots = np.zeros((value.shape[1], len(self.node) + 1))
-        value = value / self.whole
-        for part in self.parts:
-            spot, weight = self.spot[part].ravel(), np.abs(self.cosine[part])
-            for c, mine in enumerate(value[part].T):
-                of_spots[c] += np.bincount(spot, (mine[:, None] * weight).ravel(), len(of_spots[c]))
-        shares = [(self.weight * light[:-1, None]).ravel() for light in of_spots]
-        return np.column_stack([np.bincount(self.node.ravel(), share, self.nodes) for share in shares])
 
     def unsure(self, value):
         """(n, c) What half the rays tell less what all do, the sky's light included, value (n nodes, c)."""
