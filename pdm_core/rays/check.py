@@ -53,7 +53,7 @@ class Check:
         there = self.places.surface
         rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
         shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
-        own = HALF * state.rows.unsure(state.sent)
+        own = HALF * (yield from in_thread(state.rows.unsure, state.sent))
         self.node_error = np.linalg.norm(nodes.reflectance * own, axis=1)
         of_nodes = self._relative(nodes.surface, nodes.weight, self.node_error**2)
         self.parts = {

@@ -62,15 +62,17 @@ class RayState:
     def extend(self, old, count=None):
         """Rays and direct light of the nodes that old (n,) does not know, -1; rays of all of them along so many
         directions where a count is given; yields."""
-        if count is not None:
-            self.traced = Traced(0, directions(count))
-        self.traced = self.traced.moved(old if count is None else np.full(len(old), -1))
+        if count is None:
+            self.traced = yield from in_thread(self.traced.moved, old)
+        else:
+            self.traced = Traced(len(old), directions(count))
         new = np.flatnonzero(old < 0)
         yield from self.trace(new)
         hidden = yield from in_thread(covered, self.traced, self.nodes, new)
         hidden |= yield from in_thread(self.nodes.other_side, new, hidden)
         kept, changed = yield from in_thread(self.nodes.uncover, new, hidden)
-        self.traced, old = self.traced.moved(kept), old[kept]
+        if len(kept) < len(old):
+            self.traced, old = (yield from in_thread(self.traced.moved, kept)), old[kept]
         yield from self.trace(changed)
         if count is not None:
             yield from self.trace(np.flatnonzero(old >= 0))
@@ -148,14 +150,17 @@ class RayState:
 
     def solve(self):
         """E at the nodes, and what they send on; yields."""
+        yield from in_thread(self._solve)
+
+    def _solve(self):
         rho = self.nodes.reflectance
         outer = self.direct + self.rows.sky
         right = self.rows.times(rho * outer + self.shining)
         guess = right.copy()
         solving = gmres(lambda v: self.rows.times(rho * v), right, guess, SOLVED * self.target, STEPS)
-        indirect, steps, _ = yield from in_thread(finish, solving)
+        indirect, steps, _ = finish(solving)
         self.counts["iterations"] += steps
-        self.amplified = yield from in_thread(amplification, self.rows.times, rho)
+        self.amplified = amplification(self.rows.times, rho)
         residual = right - indirect + self.rows.times(rho * indirect)
         self.received = outer + indirect
         self.sent = rho * self.received + self.shining
