@@ -1,7 +1,7 @@
 """Where hits of the nodes' rays count as: quarters of cells and of meshes' faces, in each of which light is one.
 
 Light is linear on each of them, and rays are spread evenly over it: the mean is that in its middle. So a ray needs one
-number instead of four nodes and their weights.
+number instead of four nodes and their weights. Where something stands on a cell its two sides are told apart.
 """
 
 import numpy as np
@@ -13,13 +13,15 @@ WEIGHTS = np.array([[4.0, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6
 
 
 class Spots:
-    """Of Nodes: quarters of the cells, then of the parts of meshes, of all fronts and of all backs; count of them."""
+    """Of Nodes: both sides of the cells' quarters, then quarters of the parts of meshes, first of all fronts; count."""
 
     def __init__(self, nodes):
         self.nodes, self.facets, self.meshes = nodes, nodes.facets, nodes.meshes
-        self.cells = QUARTERS * len(nodes.lattice)
+        self.cells = 2 * QUARTERS * len(nodes.lattice)
         self.side = len(WEIGHTS) * len(self.meshes.corner)
         self.count = self.cells + 2 * self.side
+        # a place that stands for a quarter's one side, where something parts its cell
+        self.place = np.full((self.cells, 2), np.nan, np.float32)
 
     def of(self, facet, at, back):
         """(h,) Spots at places (h, 2) of facets (h,), back (h,): 1 on the back, 0 on the front; -1 where nothing is
@@ -28,26 +30,32 @@ class Spots:
         own = self.facets.surface[facet, back]
         carries, has = (own >= 0) & (nodes.number[own] > 0), nodes.charts.has[own]
         some = np.flatnonzero(carries & has)
-        out[some] = nodes.lattice.quarters(own[some], nodes.chart_at(facet[some], at[some]))
+        there = nodes.chart_at(facet[some], at[some])
+        quarter = nodes.lattice.quarters(own[some], there)
+        leaf = quarter // QUARTERS
+        out[some] = 2 * quarter + nodes.parted.beyond(leaf, there)
+        parted = np.flatnonzero(nodes.parted.touched[leaf])
+        self.place[out[some[parted]]] = there[parted]
         some = np.flatnonzero(carries & ~has)
         if len(some):
-            part, (s, t) = self._parts(facet[some], at[some])
+            part, inner = self.meshes.part(facet[some], nodes.on_triangles(facet[some], at[some]))
+            s, t = inner.T
             quarter = np.select([s + t < 0.5, s >= 0.5, t >= 0.5], [0, 1, 2], 3)
             out[some] = self.cells + self.side * back[some] + len(WEIGHTS) * part + quarter
         return out
-
-    def _parts(self, facet, at):
-        part, at = self.meshes.part(facet, at)
-        return part, at.T
 
     def basis(self, spots):
         """Nodes and weights (k, 4) that interpolate in the middles of spots (k,), sorted."""
         nodes, split = self.nodes, np.searchsorted(spots, self.cells)
         node, weight = np.zeros((len(spots), 4), np.int32), np.zeros((len(spots), 4))
         if split:
-            node[:split], weight[:split] = nodes.lattice.columns(*nodes.lattice.middles(spots[:split]))
+            chart, middle = nodes.lattice.middles(spots[:split] // 2)
+            told = self.place[spots[:split]]
+            there = np.where(np.isnan(told), middle, told)
+            node[:split], near = nodes.lattice.columns(chart, there)
+            weight[:split] = nodes.parted.reached(node[:split], near, there)
         back, rest = np.divmod(spots[split:] - self.cells, max(self.side, 1))
         part, quarter = np.divmod(rest, len(WEIGHTS))
         own = self.facets.surface[self.meshes.facet[part], back]
         node[split:, :3], weight[split:, :3] = nodes.first[own][:, None] + self.meshes.corner[part], WEIGHTS[quarter]
-        return node, weight
+        return node, weight / weight.sum(axis=1, keepdims=True)  # between white walls 1 counts to the last digit

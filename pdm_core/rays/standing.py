@@ -90,6 +90,16 @@ class PartedCells:
             weight[part] = np.where(total > 0, left / np.where(total > 0, total, 1), weight[part])
         return weight
 
+    def beyond(self, leaf, at):
+        """(h,) Whether what is met at places (h, 2) of leaves (h,) lies on the other side than their middles."""
+        out, some = np.zeros(len(leaf), bool), np.flatnonzero(self.touched.take(leaf))
+        for start in range(0, len(some), AT_ONCE):
+            part = some[start : start + AT_ONCE]
+            hit, segment = self.lists.of(leaf[part])
+            apart = self.standing.part(segment, at[part][hit], self.centre[leaf[part]][hit])
+            out[part[hit[apart]]] = True
+        return out
+
     def other_side(self, which, places, hidden):
         """(k, PLACES) bool of cells which (k,), their places (k, PLACES, 2): those that what stands there parts from
         most of the others; hidden (k, PLACES) bool: which do not count."""
