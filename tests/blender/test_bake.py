@@ -317,7 +317,8 @@ def test_coarse_meshes_are_named_by_their_error_between_the_vertices():
     assert part["Floor"] < 0.02
 
 
-def test_a_target_that_is_missed_is_warned_of_once():
+def test_a_target_that_is_missed_is_warned_of_once(addon, monkeypatch):
+    monkeypatch.setattr(addon("pdm_core.deadline"), "GRACE", (0.0, 1e5))  # however busy the machine is
     scenes.lit_ball()
     report = bake(target_error=1e-5, time_limit=0.5)
     assert report["error"] > 1e-5
