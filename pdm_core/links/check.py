@@ -106,15 +106,30 @@ class Check:
         indirect = t.rows.times(rho * t.spread(source_defect(t.field, light.indirect)))
         unsolved = t.rows.times(light.radiosity()) - light.indirect
         unsolved += np.copysign(ROUNDED, unsolved.sum()) * light.indirect
-        right = np.concatenate([lit, lit + indirect, unsolved], axis=1)
-        scatter = light.scatter(np.tile(rho, 3))
+        right = np.concatenate([lit, lit + indirect, unsolved, self._from_nothing()], axis=1)
+        scatter = light.scatter(np.tile(rho, 4))
         error = (yield from gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0]
         # bends of direct and of indirect light may cancel, but are not known well enough to rely on it
-        direct, both, rest = (size(error[:, k : k + 3]) for k in (0, 3, 6))
+        direct, both, rest, unclosed = (size(error[:, k : k + 3]) for k in (0, 3, 6, 9))
         self.own_amplified = np.linalg.norm([both, ONE_SIGNED * direct, rest], axis=0)
-        self.amplified_light, self.amplified_rest, self.amplified = (
-            float(np.linalg.norm(v)) / light.norm for v in (direct, rest, self.own_amplified)
+        self.amplified_light, self.amplified_rest, self.amplified, self.unclosed = (
+            float(np.linalg.norm(v)) / light.norm for v in (direct, rest, self.own_amplified, unclosed)
         )
+        self.own_amplified = np.hypot(self.own_amplified, unclosed)
+
+    def _from_nothing(self):
+        """(n nodes, 3) Light that rows make or lose, where shapes run through each other: factors of all that is seen
+        then do not sum to 1. Where not all of them are known, what is made alone."""
+        light, t = self.light, self.light.transport
+        sums = t.rows.times(np.ones((len(t.sent.keys), 1)))[:, 0]
+        seen = np.setdiff1d(np.flatnonzero(t.reached), t.reflectors)  # by no row
+        known = np.isin(t.lights, seen)
+        others = t.fractions[:, np.append(known, t.background)].sum(axis=1)[t.sent.find(t.field.keys)]
+        over = sums + others - 1
+        if not t.background or known.sum() < len(seen):
+            over = np.maximum(over, 0.0)
+        over[t.missing()] = 0.0
+        return (over / np.maximum(sums, 1e-300))[:, None] * t.rows.times(light.radiosity())
 
     def _judge(self):
         """Error and its parts from the points looked at -> Residual; yields."""
@@ -134,6 +149,7 @@ class Check:
             "gather": gain * residual.mean / light.norm,
             "sent": light.sent_error * light.norm / light.scale,
             "solver": gain * light.solver_error,
+            "closure": self.unclosed,
         }
         # amplified beyond what is found at points, where errors of either sign are: between white planes 1.04 to 7
         # times the true one is stated

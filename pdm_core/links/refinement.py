@@ -23,6 +23,7 @@ CONTACT_OWN = 6.0  # sides of a square as large as the smaller of the two shapes
 SURE = 0.7  # lower than what was found asks for: the halves of what is split, and the rest, have errors of their own
 MOST_STRAIN = 16.0  # how much finer links get there
 LENIENT = 3.0  # surpluses alone promise too much in gaps: what is found there decides
+LESS = 0.8  # of what did not close is left after a round that helped
 HALVED = 0.5  # of the error expected on a surface, or of links', what is left where that is too large
 TIGHTER, TIGHTEST = 0.03, 1e-5  # tolerance of the solver, of the last, where its rest is most of the error; the least
 STRAIGHTER = 0.3  # part of the bends of the sources that a refinement leaves, where they are most of the error
@@ -38,7 +39,7 @@ class Refinement:
         self.check, self.light, self.transport = check, check.light, check.light.transport
         self.strain = np.ones(len(self.light.scene))
         self.link_target, self.sharpness, self.solver_share = None, 1.0, 1.0
-        self.cramped = False
+        self.cramped, self.unclosed = False, np.inf
 
     # -- before the rows -----------------------------------------------------------------------------------------
 
@@ -89,12 +90,22 @@ class Refinement:
 
     def improve(self, target, last):
         """Whatever helps most towards the target, the last or not; False where nothing does; yields."""
+        if self._stuck(target):
+            return False
         # where only some surface's own error is too large, what helps is local
         whole = not self.check.fresh or self.check.error > target
         if whole and ((yield from self._straighten()) or (last and self._sharpen())):
             return True
         tightened = last and self._tighten(target)
         return (yield from self._refine(target)) or tightened
+
+    def _stuck(self, target):
+        """Whether what rows make from nothing, where shapes run through each other, is more than the target and no less
+        than it was: finer cells and links do not mend it."""
+        if not self.check.fresh:
+            return False
+        before, self.unclosed = self.unclosed, self.check.parts.get("closure", 0.0)
+        return SAFETY * self.unclosed > target and self.unclosed > LESS * before
 
     def _straighten(self):
         """Where errors that the scene amplifies are most of all: split the cells, of direct light or of the field, over

@@ -30,7 +30,8 @@ def test_nothing_known(history):
 
 def test_the_estimated_error_is_large_where_the_error_is():
     """A lamp close under the ceiling, a ball on the floor: ranks of estimated and measured errors at points agree, and
-    the estimate is above in most. (In an even room it says little more than its mean.)"""
+    the estimate is above in most. (In an even room, and at coarse targets, for which contacts are finer than they ask,
+    it says little more than its mean.)"""
     surfaces = [Surface(plane, 0.6) for plane in cube_planes()]
     lamp = Plane((-1, -1, 2.9), (0, 2, 0), (2, 0, 0))
     surfaces += [
@@ -39,7 +40,7 @@ def test_the_estimated_error_is_large_where_the_error_is():
         Surface(Sphere.at((0.5, 0.3, -2.0), 1.0), 0.7),
     ]
     scene = Scene(surfaces)
-    coarse, fine = solve(scene, 0.03), solve(scene, 0.004)
+    coarse, fine = solve(scene, 0.015), solve(scene, 0.002)
     rng, told, true = np.random.default_rng(5), [], []
     for k in (0, 1, 2, 7, 8):
         shape = scene.surfaces[k].shape
