@@ -29,7 +29,7 @@ TINTED = 64  # times as many points tell what is received of a source's colours 
 HALVED = 0.5  # what all points are off by, of what half of them are
 PAIRS = 1 << 20  # of points and receivers, at once
 UNSEEN = 1e-12
-BETWEEN = 0.3  # of a source's light that its points do not stand for: more of them are needed, up to
+BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
 STAND = 256  # of them, whatever is told
 DIMMEST = 1e-6  # of a pattern, so that the whole lamp counts where its beam passes between the points that stand for it
 
@@ -86,7 +86,8 @@ class Shares:
                         self.seen[:, k] += (~agree).sum(), (1 - 1 / number).sum()
                     again = np.where(agree, off[some] * unsure[some] > 1, needed[some] > count)
                     again &= count < points[1]
-                    again |= (between[some] > BETWEEN) & (count < STAND)
+                    lacks = between[some] * np.maximum(light / may, 1.0)[some]
+                    again |= (lacks > BETWEEN) & (count < STAND)
                     count *= FACTOR
                     some = some[again]
             tint, told = yield from self._tint(source, receivers.take(lit), points[0])

@@ -12,6 +12,7 @@ from pdm_core.rays.direct import Shares, unseen
 from pdm_core.rays.engine import met_by_rays
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.placed import Placed
+from pdm_core.rays.solution import ray_steps
 from pdm_core.rays.sources import sources_of
 from pdm_core.signs_of_life import finish
 
@@ -74,3 +75,20 @@ def test_light_of_a_lamp_that_no_point_stands_for_is_told():
     assert factor.max() > 0.1  # no point tells that it is hidden
     np.testing.assert_allclose(lost, factor[:, 0, 0], rtol=1e-6)
     assert (off >= (1 - 1e-6) * lost).all()
+
+
+def test_what_is_shut_in_near_a_lamp_hangs_on_no_light_that_few_points_do_not_stand_for():
+    """Closed boxes beside a ball that shines, in a room: nothing of it comes into them, and a target is met."""
+    surfaces = [Surface(face, 0.6) for face in _box((-3, -2.5, -2.4), (6, 5, 3))]
+    surfaces.append(Surface(Sphere.at((0, 0, 0), 0.24), 0.0, 12.0))
+    for corner in ((-0.33, 0.26, -0.35), (0.3, -0.05, -0.1), (-0.1, -0.4, -0.3), (0.1, 0.3, 0.1)):
+        for face in _box(corner, (0.1, 0.09, 0.11)):
+            surfaces += [Surface(face, 0.7, side=side) for side in ("front", "back")]
+    assert finish(ray_steps(Scene(surfaces), 0.04, None, "")).error <= 0.04
+
+
+def _box(corner, size):
+    """Faces of a box, which look inwards."""
+    o, (x, y, z) = np.array(corner, float), np.diag(size).astype(float)
+    edges = [(o, x, y), (o + z, y, x), (o, y, z), (o + x, z, y), (o, z, x), (o + y, x, z)]
+    return [Plane(*edge) for edge in edges]
