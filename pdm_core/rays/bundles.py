@@ -21,20 +21,26 @@ NOTHING, CONTACT = -1, -2  # instead of a facet
 class Receivers:
     """points, normals (n, 3) m about the facets' centre; own (n,): the shape that is not met, or -1; start (n,) m: the
     distance from which on shapes are met, negative where those in contact are; inside (n,): whether within own ball,
-    whose far side is met all the same."""
+    whose far side is met all the same; surface (n,): which they lie on, -1 or None in free space."""
 
     points: np.ndarray
     normals: np.ndarray
     own: np.ndarray
     start: np.ndarray
     inside: np.ndarray
+    surface: np.ndarray = None
+
+    def __post_init__(self):
+        if self.surface is None:
+            self.surface = np.full(len(self), -1)
 
     def __len__(self):
         return len(self.points)
 
     def take(self, index):
         """Those of the index."""
-        return Receivers(*(a[index] for a in (self.points, self.normals, self.own, self.start, self.inside)))
+        parts = self.points, self.normals, self.own, self.start, self.inside, self.surface
+        return Receivers(*(a[index] for a in parts))
 
 
 @dataclass

@@ -11,7 +11,6 @@ from ..shapes.shape import unit
 from .bundles import NOTHING, along
 from .grid import batches
 from .perspective import seen_from
-from .placed import Placed
 
 COARSE = 0.02  # target from which on few points of a source will do
 FINE = 0.004  # target down to which ROUGHLY will do
@@ -163,8 +162,8 @@ class Shares:
         # what a shining ball's inner side gives itself is met by rays
         out[(own >= 0) & (own == source.skip) & ~(receivers.inside & source.is_spot)] = 0.0
         out[source.against(points, receivers.normals)] = 0.0
-        if source.receivers is not None and isinstance(receivers, Placed):
-            out[~source.receivers[receivers.surface]] = 0.0
+        if source.receivers is not None:
+            out[~np.append(source.receivers, True)[receivers.surface]] = 0.0  # the last in free space
         return out
 
     def _share(self, source, receivers, count, whole):

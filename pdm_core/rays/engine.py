@@ -19,7 +19,6 @@ from .facets import Facets
 from .grid import batches
 from .near import NearHits
 from .nodes import LIT, Nodes
-from .placed import Placed
 from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import relit, sources_of
 
@@ -215,11 +214,8 @@ class RayState:
 
     def _level_at(self, receivers):
         """(n,) Irradiance / pi that tolerances at receivers refer to: on dark surfaces less than in the mean."""
-        if not isinstance(receivers, Placed):
-            return np.full(len(receivers), self.level)
-        scene = self.scene
-        own = np.sqrt(self.own_square(DIM)) / np.maximum(scene.reflectance.max(axis=1), 1e-3)
-        return np.minimum(own, self.level)[receivers.surface]
+        own = np.sqrt(self.own_square(DIM)) / np.maximum(self.scene.reflectance.max(axis=1), 1e-3)
+        return np.append(np.minimum(own, self.level), self.level)[receivers.surface]  # the last in free space
 
     def incident(self, receivers, roughly=False):
         """Irradiance / pi (n, 3) at receivers; yields."""

@@ -36,8 +36,8 @@ class Placed(Receivers):
             out[some], normal[some] = sides[k].shape.receiving(out[some], sides[k].sign, least, **told)
         out += (facets.moved[shape] * sign)[:, None] * normal
         start = np.where((own < 0) | inside, facets.tolerance, -MET * facets.tolerance)
-        super().__init__(out - facets.centre, normal, own, start, inside)
-        self.surface, self.exact = surface, out
+        super().__init__(out - facets.centre, normal, own, start, inside, surface)
+        self.exact = out
 
     def joined(self, other):
         """These places and then the other's."""

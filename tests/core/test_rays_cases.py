@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from test_contacts import PLACES, Place
 
-from pdm_core import Mesh, Plane, Polygon, Scene, Sphere, Surface
+from pdm_core import Mesh, Plane, PointLight, Polygon, Scene, Sphere, Surface
 from pdm_core.rays.solution import ray_steps
 from pdm_core.signs_of_life import finish
 
@@ -221,3 +221,19 @@ def test_what_is_caught_between_white_planes_is_in_the_error(place, gap, grey):
     solution = by_rays(Scene([Surface(plane, grey, 1 - grey) for plane in planes], 1.0), 0.01)
     off = [solution.radiance(k, plane.spread(400)) - 1 for k, plane in enumerate(planes)]
     assert np.sqrt(np.mean(np.square(off))) < solution.error + 1e-4
+
+
+def test_what_a_lamp_is_linked_away_from_reflects_none_of_its_light():
+    """Of a lamp that is linked to a black ceiling alone nothing is reflected: all else is dark. Linked to a floor among
+    black surfaces alone, that has the lamp's own light."""
+    floor, ceiling = Plane((-2, -2, 0), (4, 0, 0), (0, 4, 0)), Plane((-2, -2, 3), (0, 4, 0), (4, 0, 0))
+    wall = Plane((-2, 2, 0), (4, 0, 0), (0, 0, 3))
+    surfaces = [Surface(floor, 0.8), Surface(wall, 0.5), Surface(ceiling, 0.0)]
+    lamp = PointLight((0, 0, 1.5), 100.0)
+    points = floor.world(np.array([[0.5, 0.5, 0.0], [0.1, 0.8, 0.0]]))
+    lamp.receivers = frozenset([ceiling])
+    solution = by_rays(Scene(surfaces, 0, lights=[lamp]))
+    assert (solution.incident(0, points) == 0).all() and (solution.incident(2, ceiling.spread(20)) > 0).all()
+    lamp.receivers = frozenset([floor])
+    linked = by_rays(Scene([surfaces[0], *(Surface(s.shape, 0.0) for s in surfaces[1:])], 0, lights=[lamp]))
+    assert np.allclose(linked.incident(0, points)[:, 0], lamp.colour[0] * lamp.unoccluded(points, [(0, 0, 1.0)] * 2))
