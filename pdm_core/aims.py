@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .lights import AreaLight, SpotLight, lattice_of_cone
+from .lights import lattice_of_cone
 from .rays.aimed import on_balls, on_facets
 from .rays.facets import Facets
 from .shapes.shape import lattice
@@ -35,7 +35,7 @@ def aims(scene):
     facets, out = Facets(scene), []
     for k in lamps:
         light = scene.lights[k]
-        at, axis, half, size = _cone_of(light)
+        at, axis, half, size = light.cone
         rays = lattice(RAYS) if half == np.pi else lattice_of_cone(RAYS, axis, np.cos(half))
         blocking = facets.blocking(light)
         surface, far = _first_met(blocking, at - facets.centre, rays)
@@ -44,22 +44,13 @@ def aims(scene):
             if blocking is facets and not _any_within(facets, apex - facets.centre, axis, half):
                 out.append(Aim(k))
             continue
-        share = light.pattern(rays) * (rays @ axis if isinstance(light, AreaLight) else 1.0)
+        share = light.power_along(rays)
         order = np.argsort(far)
         most = order[np.searchsorted(np.cumsum(share[order]), NEARLY_ALL * share.sum())]
         if far[most] < max(NEAR * scene.size, OWN * size):
             names, times = np.unique(surface[far <= far[most]], return_counts=True)
             out.append(Aim(k, int(names[times.argmax()]), float(far[most])))
     return out
-
-
-def _cone_of(light):
-    """place (3,) m of its middle, unit axis (3,) and half angle of its light there, and its own size, m."""
-    if isinstance(light, AreaLight):
-        return light.centre, light.normal, light.spread / 2, np.sqrt(light.area)
-    if isinstance(light, SpotLight):
-        return light.position, *(light.beam[1:] if light.beam else (light.direction, np.pi / 2)), light.radius
-    return light.position, np.array([0.0, 0, 1]), np.pi, light.radius
 
 
 def _first_met(facets, at, rays):

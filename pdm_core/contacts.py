@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .at_once import AT_ONCE
+from .at_once import AT_ONCE, in_turn
 from .scene import Scene
 from .shape_table import ShapeTable
 from .shapes.shape import tolerance_of
@@ -287,9 +287,9 @@ def near(low, high, tolerance):
     ends, found = np.cumsum(count), [np.zeros((2, 0), int)]
     cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1], AT_ONCE)))
     for first, last in zip(cuts, np.append(cuts[1:], len(low))):
-        some = count[first:last]
-        i = np.repeat(np.arange(first, last), some)
-        j = i + 1 + np.arange(len(i)) - np.repeat(np.cumsum(some) - some, some)
+        i, step = in_turn(count[first:last])
+        i += first
+        j = i + 1 + step
         meet = ((low[j] <= high[i]) & (low[i] <= high[j])).all(axis=1)
         found.append(np.stack([i[meet], j[meet]]))
     i, j = order[np.concatenate(found, axis=1)]

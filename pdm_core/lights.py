@@ -58,6 +58,11 @@ class PointLight(Light):
         self.radius = self.radius if self.radius > LEAST else 0.0
         self.faces, self.shadows = bool(faces), bool(shadows)
 
+    @property
+    def cone(self):
+        """See Light: all around."""
+        return self.position, np.array([0.0, 0, 1]), np.pi, self.radius
+
     def unoccluded(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for 1 W, horizon-clipped"""
         offset = self.position - points
@@ -129,6 +134,11 @@ class SpotLight(PointLight):
         axis, rim = unit(-axes[:, 2]), unit(rim @ axes.T)
         half = np.arctan2(np.linalg.norm(np.cross(rim, axis), axis=1), rim @ axis).max() * RIM_MARGIN
         return _beam(self.position, axis, half, self.radius)
+
+    @property
+    def cone(self):
+        """See Light."""
+        return self.position, *(self.beam[1:] if self.beam else (self.direction, np.pi / 2)), self.radius
 
     def unoccluded(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for 1 W, horizon-clipped"""
@@ -250,6 +260,15 @@ class AreaLight(Light):
         """See Light."""
         radius = np.sqrt(self.u @ self.u + self.v @ self.v) / 2
         return _beam(self.centre, self.normal, self.spread / 2, radius)
+
+    @property
+    def cone(self):
+        """See Light."""
+        return self.centre, self.normal, self.spread / 2, np.sqrt(self.area)
+
+    def power_along(self, directions):
+        """See Light."""
+        return self.pattern(directions) * (directions @ self.normal)
 
     def pattern(self, directions):
         """Unit directions (..., 3) in which light leaves -> (...) its radiance relative to that of an even light"""

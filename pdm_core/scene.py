@@ -21,8 +21,9 @@ LOST = 2.0  # tolerances: a shape no larger is not told from none
 class Light:
     """A lamp, see lights.py: name; colour (3,), what its sizes are multiplied by; distant: its samples are directions;
     shadows: whether anything blocks its light; beam: of one that shines into a cone, apex (3,) m, unit axis (3,) and
-    half angle of a round cone that holds all its light, else None. receivers, blockers: sets of the Shapes that alone
-    its light comes to directly, and that alone block it, or None for all."""
+    half angle of a round cone that holds all its light, else None; cone, of what is not distant: place (3,) m of its
+    middle, unit axis (3,) and half angle of its light there, and its own size, m. receivers, blockers: sets of the
+    Shapes that alone its light comes to directly, and that alone block it, or None for all."""
 
     name = ""
     distant = False
@@ -45,6 +46,10 @@ class Light:
     def pattern(self, directions):
         """Unit directions (..., 3) in which light leaves it -> (...) relative radiance: 1 where it shines evenly."""
         return np.ones(np.shape(directions)[:-1])
+
+    def power_along(self, directions):
+        """The same -> (...) its relative power in these directions."""
+        return self.pattern(directions)
 
 
 @dataclass(frozen=True, eq=False)

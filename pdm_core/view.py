@@ -8,7 +8,7 @@ from collections import Counter
 
 import numpy as np
 
-from .at_once import AT_ONCE, CACHED
+from .at_once import AT_ONCE, CACHED, in_turn
 from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded, transform
 from .regions import Occluders, ball_source, covers_directions, polygon_region, sky_source, visible_integral
 from .sampled import sampled_factors
@@ -249,9 +249,9 @@ def _overlapping(table, x, pair, occluder):
     ends, found = np.cumsum(follow), [np.zeros((2, 0), int)]
     cuts = np.unique(np.searchsorted(ends, np.arange(0, follow.sum(), AT_ONCE)))
     for low, high in zip(cuts, np.append(cuts[1:], len(pair))):
-        some = follow[low:high]
-        e = np.repeat(np.arange(low, high), some)
-        other = np.arange(1, len(e) + 1) + np.repeat(np.arange(low, high) - (np.cumsum(some) - some), some)
+        e, step = in_turn(follow[low:high])
+        e += low
+        other = e + 1 + step
         apart = dot(axis.take(e, axis=1), axis.take(other, axis=1)) < cos[e] * cos[other] - sin[e] * sin[other] - 1e-9
         found.append(np.stack([e, other])[:, ~apart | around[e] | around[other]])
     return np.concatenate(found, axis=1)

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ...pdm_core.at_once import in_turn
 from ...pdm_core.nearest import NearestTriangle
 
 CHUNK = 16384  # points at a time
@@ -61,9 +62,8 @@ class NearestFace:
         index = np.clip(np.floor((points - self.low) / self.cell), 0, self.counts - 1).astype(np.int64)
         cell = (index[:, 0] * self.counts[1] + index[:, 1]) * self.counts[2] + index[:, 2]
         first, number = starts[cell], starts[cell + 1] - starts[cell]
-        point = np.repeat(np.arange(len(points)), number)
-        place = np.arange(len(point)) - np.repeat(np.cumsum(number) - number, number) + np.repeat(first, number)
-        return point, entries[place]
+        point, place = in_turn(number)
+        return point, entries[first[point] + place]
 
     @cached_property
     def _grid(self):
@@ -74,8 +74,7 @@ class NearestFace:
         low, high = (np.clip(a, 0, self.counts - 1).astype(np.int64) for a in (low, high))
         size = high - low + 1
         number = size.prod(axis=1)
-        triangle = np.repeat(np.arange(len(number)), number)
-        k = np.arange(len(triangle)) - np.repeat(np.cumsum(number) - number, number)
+        triangle, k = in_turn(number)
         index = np.empty((len(k), 3), np.int64)
         k, index[:, 2] = np.divmod(k, size[triangle, 2])
         index[:, 0], index[:, 1] = np.divmod(k, size[triangle, 1])

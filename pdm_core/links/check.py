@@ -104,9 +104,10 @@ class Check:
 
         lit = t.rows.times(rho * source_defect(t.sent, light.lit))
         indirect = t.rows.times(rho * t.spread(source_defect(t.field, light.indirect)))
-        unsolved = t.rows.times(light.radiosity()) - light.indirect
+        received = t.rows.times(light.radiosity())
+        unsolved = received - light.indirect
         unsolved += np.copysign(ROUNDED, unsolved.sum()) * light.indirect
-        right = np.concatenate([lit, lit + indirect, unsolved, self._from_nothing()], axis=1)
+        right = np.concatenate([lit, lit + indirect, unsolved, self._from_nothing(received)], axis=1)
         scatter = light.scatter(np.tile(rho, 4))
         error = (yield from gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0]
         # bends of direct and of indirect light may cancel, but are not known well enough to rely on it
@@ -117,10 +118,10 @@ class Check:
         )
         self.own_amplified = np.hypot(self.own_amplified, unclosed)
 
-    def _from_nothing(self):
-        """(n nodes, 3) Light that rows make or lose, where shapes run through each other: factors of all that is seen
-        then do not sum to 1. Where not all of them are known, what is made alone."""
-        light, t = self.light, self.light.transport
+    def _from_nothing(self, received):
+        """(n nodes, 3) What rows make or lose of the light received by them (n nodes, 3), where shapes run through each
+        other: factors of all that is seen then do not sum to 1. Where not all of them are known, what is made alone."""
+        t = self.light.transport
         sums = t.rows.times(np.ones((len(t.sent.keys), 1)))[:, 0]
         seen = np.setdiff1d(np.flatnonzero(t.reached), t.reflectors)  # by no row
         known = np.isin(t.lights, seen)
@@ -129,7 +130,7 @@ class Check:
         if not t.background or known.sum() < len(seen):
             over = np.maximum(over, 0.0)
         over[t.missing()] = 0.0
-        return (over / np.maximum(sums, 1e-300))[:, None] * t.rows.times(light.radiosity())
+        return (over / np.maximum(sums, 1e-300))[:, None] * received
 
     def _judge(self):
         """Error and its parts from the points looked at -> Residual; yields."""

@@ -109,12 +109,17 @@ class Spot(Source):
         """Places (k, 3) m, normals (k, 3), weights (k,)."""
         return self.place[:count] + self.centre, self.normal[:count], self.weight[:count]
 
-    def tint(self, points):
-        """(k, 3) reflectance of the first k points, of the mean; None where it is the same everywhere."""
-        if not callable(self.surface.reflectance):
+    @property
+    def is_tinted(self):
+        """See Source."""
+        return callable(self.surface.reflectance)
+
+    def tint(self, places):
+        """See Source: the reflectance of the first k places, of the mean."""
+        if not self.is_tinted:
             return None
         each = self.surface.reflectance_at(self.place + self.centre)
-        return each[: len(points)] / np.maximum(np.average(each, axis=0, weights=self.weight), 1e-300)
+        return each[: len(places)] / np.maximum(np.average(each, axis=0, weights=self.weight), 1e-300)
 
 
 def _reversed(count):

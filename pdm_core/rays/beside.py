@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..at_once import in_turn
 from ..contacts import near
 from ..read_off import runs_of
 from .facets import KEPT
@@ -74,10 +75,8 @@ class Beside:
     def _neighbours(self, own, some):
         """Points and the flat shapes near their own, not in one plane with it (k,) each, of points some (m,)."""
         some = some[own[some] >= 0]
-        count = self.count[own[some]]
-        point = np.repeat(some, count)
-        place = np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
-        return point, self.other[np.repeat(self.first[own[some]], count) + place]
+        which, place = in_turn(self.count[own[some]])
+        return some[which], self.other[self.first[own[some]][which] + place]
 
     def _lie_on(self, points, other):
         """Indices (k,) of points (n, 3) m that lie on flat shapes (n,)."""

@@ -11,6 +11,7 @@ from ..shapes.shape import unit
 from .bundles import NOTHING, along
 from .grid import batches
 from .perspective import seen_from
+from .tinted import colours_of
 
 COARSE = 0.02  # target from which on few points of a source will do
 FINE = 0.004  # target down to which ROUGHLY will do
@@ -24,9 +25,6 @@ FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is seen: UNSURE / (2 n)^POWER, about
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points
-TINTED = 64  # times as many points tell what is received of a source's colours where nothing is hidden
-HALVED = 0.5  # what all points are off by, of what half of them are
-PAIRS = 1 << 20  # of points and receivers, at once
 UNSEEN = 1e-12
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
 STAND = 256  # of them, whatever is told
@@ -89,7 +87,7 @@ class Shares:
                     again |= (lacks > BETWEEN) & (count < STAND)
                     count *= FACTOR
                     some = some[again]
-            tint, told = yield from self._tint(source, receivers.take(lit), points[0])
+            tint, told = yield from colours_of(source, receivers.take(lit), points[0], self.facets.centre)
             factor[lit, k] = whole[lit, None] * share * tint
             error2[lit] += (light * np.maximum(np.maximum(off, between), told)) ** 2
             lost[lit] += light * between
@@ -127,29 +125,6 @@ class Shares:
             total += np.bincount(pairs // few, value, n)
             yield
         return np.where(total[:, None] > 0, seen / np.maximum(total, 1e-300)[:, None], 1.0)
-
-    def _tint(self, source, receivers, points):
-        """Colour (n, 3) of what receivers get of all of a source, of the mean of that, and how far half the points are
-        off (n,); yields. Each point is a disc of its area: what is nearer than the points to each other gets the colour
-        of what is about it."""
-        place, normal, weight = source.samples(TINTED * points)
-        tint = source.tint(place)
-        if tint is None:
-            return np.ones((len(receivers), 3)), np.zeros(len(receivers))
-        area = weight if source.is_surface else source.area[: len(place)]
-        tint = tint / np.maximum(weight @ tint / weight.sum(), 1e-300)
-        place = place - self.facets.centre
-        out, off = np.empty((len(receivers), 3)), np.empty(len(receivers))
-        for part in np.array_split(np.arange(len(out)), len(out) * len(place) // PAIRS + 1):
-            x, n = receivers.points[part], receivers.normals[part]
-            square = np.maximum((x**2).sum(axis=1)[:, None] + (place**2).sum(axis=1) - 2 * x @ place.T, 0.0)
-            value = np.maximum(n @ place.T - (x * n).sum(axis=1)[:, None], 0.0) * weight
-            value *= np.maximum(x @ normal.T - (place * normal).sum(axis=1), 0.0)
-            value /= np.maximum(square * (np.pi * square + area), 1e-300)
-            out[part], half = _mean(value, tint), _mean(value[:, ::2], tint[::2])
-            off[part] = np.abs(half - out[part]).max(axis=1) * HALVED
-            yield
-        return out, off
 
     def _unoccluded(self, source, receivers):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))
@@ -244,12 +219,6 @@ class Shares:
             seen = [along(facets, one[None], receivers.take(some)).facet == NOTHING for one, some in parts]
             return np.concatenate(seen)
         return seen_from(facets, place - facets.centre, receivers, which, source.skip)
-
-
-def _mean(weights, values):
-    """Means (n, 3) of values (k, 3) by weights (n, k); 1 where these are 0."""
-    total = weights.sum(axis=1, keepdims=True)
-    return np.where(total > 0, weights @ values / np.maximum(total, 1e-300), 1.0)
 
 
 def of_few(share, number):

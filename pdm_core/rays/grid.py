@@ -5,6 +5,8 @@ Several planes lie side by side, so that few places in each do not leave most of
 
 import numpy as np
 
+from ..at_once import in_turn
+
 PER_CELL = 2.0  # receivers
 CELLS = 250  # along each axis at most: their product, planes side by side, fits the sixteen bits that are sorted fast
 TABLE = 64, 16, 4096  # entries of the table that finds shapes' cells: at least, for each line, at most
@@ -41,8 +43,7 @@ def pairs_of(x, y, low, high, parted=()):
     first = np.stack([span[0] for span in spans])
     wide = np.stack([span[1] for span in spans]) - first + 1
     count = wide.prod(axis=0)
-    entry = np.repeat(np.arange(len(shape)), count)
-    step = np.arange(len(entry)) - np.repeat(np.cumsum(count) - count, count)
+    entry, step = in_turn(count)
     column, row = np.divmod(step, wide[1].take(entry))
     place = ((first[0].take(entry) + column) * side + first[1].take(entry) + row).astype(np.uint16)
     sorted_ = np.argsort(place, kind="stable")

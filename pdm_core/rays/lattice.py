@@ -6,6 +6,8 @@ where a leaf's neighbour is larger or smaller, that of the finest cell next to i
 
 import numpy as np
 
+from ..at_once import in_turn
+
 FINEST = 1 << 10  # finest cells along an axis
 MOST = 1 << 20  # of them on a chart
 QUARTERS = 4  # of a leaf
@@ -46,9 +48,9 @@ class Lattice:
         """Numbers of the finest cells of all leaves in turn."""
         count, row = self.step.prod(axis=1), self.size[self.chart, 1]
         start = self.first[self.chart] + self.corner[:, 0] * row + self.corner[:, 1]
-        index = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        along, across = np.divmod(index, np.repeat(self.step[:, 1], count))
-        return np.repeat(start, count) + along * np.repeat(row, count) + across
+        leaf, index = in_turn(count)
+        along, across = np.divmod(index, self.step[leaf, 1])
+        return start[leaf] + along * row[leaf] + across
 
     def _fill(self):
         """Finest cells that no leaf covers are those of the nearest leaf."""
@@ -66,18 +68,17 @@ class Lattice:
     # -- values --------------------------------------------------------------------------------------------------
 
     def at(self, chart, at):
-        """Leaves (h,) at places (h, 2) in [0, 1]^2 on charts (h,)."""
-        size = self.size.take(chart, axis=0)
-        cell = np.minimum((at * size).astype(np.int32), size - 1)
-        return self.leaf.take(self.first.take(chart) + cell[:, 0] * size[:, 1] + cell[:, 1])
-
-    def columns(self, chart, at):
-        """Leaves (h, 4) and weights (h, 4) that interpolate at places (h, 2) in [0, 1]^2 on charts (h,)."""
+        """Leaves (h,) at places (h, 2) in [0, 1]^2 on charts (h,); these in finest cells, and those cells (h, 2)."""
         size = self.size.take(chart, axis=0)
         scaled = at * size
         cell = np.minimum(scaled.astype(np.int32), size - 1)
-        first, row = self.first.take(chart), size[:, 1]
-        own = self.leaf.take(first + cell[:, 0] * row + cell[:, 1])
+        return self.leaf.take(self.first.take(chart) + cell[:, 0] * size[:, 1] + cell[:, 1]), scaled, cell
+
+    def columns(self, chart, at):
+        """Leaves (h, 4) and weights (h, 4) that interpolate at places (h, 2) in [0, 1]^2 on charts (h,)."""
+        own, scaled, cell = self.at(chart, at)
+        size, first = self.size.take(chart, axis=0), self.first.take(chart)
+        row = size[:, 1]
         level, step = self.level.take(own, axis=0), self.step.take(own, axis=0)
         block = cell >> level
         part = (scaled / step - block).astype(np.float32)
@@ -92,10 +93,7 @@ class Lattice:
 
     def quarters(self, chart, at):
         """(h,) Numbers of the quarters of leaves, QUARTERS of each in turn, at places (h, 2) in [0, 1]^2 on charts."""
-        size = self.size.take(chart, axis=0)
-        scaled = at * size
-        cell = np.minimum(scaled.astype(np.int32), size - 1)
-        own = self.leaf.take(self.first.take(chart) + cell[:, 0] * size[:, 1] + cell[:, 1])
+        own, scaled, cell = self.at(chart, at)
         step = self.step.take(own, axis=0)
         upper = 2 * (scaled - (cell & -step)) >= step
         return QUARTERS * own + 2 * upper[:, 0] + upper[:, 1]

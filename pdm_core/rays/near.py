@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..at_once import in_turn
 from ..shapes.sphere import Sphere
 from .placed import at_hits
 from .rows import bundle, directions, light_of
@@ -120,8 +121,7 @@ class NearHits:
             np.add.at(out, hits.who, hits.weight * more)
             # where more is at stake, the more rays go on
             each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1).astype(int)
-            index = np.repeat(np.arange(len(hits)), each)
-            turn_of = np.arange(len(index)) - np.repeat(np.cumsum(each) - each, each)
+            index, turn_of = in_turn(each)
             hits, there, each = hits.take(index), there.take(index), each[index]
             hits.weight /= each[:, None]
             hits.number = again * hits.number + turn_of * again // each

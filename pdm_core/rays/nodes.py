@@ -127,9 +127,13 @@ class Nodes:
         self.lattice = self.lattice.without(lost[: len(self.lattice)])
         for name in ("surface", "share", "hidden"):
             setattr(self, name, getattr(self, name)[kept])
-        for name in ("weight", "parted"):
-            self.__dict__.pop(name, None)
+        self._forget()
         return kept, np.searchsorted(kept, changed)
+
+    def _forget(self):
+        """What is worked out of the nodes as they were."""
+        for name in ("weight", "reflectance", "parted"):
+            vars(self).pop(name, None)
 
     def of(self, scene):
         """The same nodes on the same shapes of another scene."""
@@ -207,8 +211,7 @@ class Nodes:
         """cells (k, 2) bool: which are halved along which axis; meshes (n surfaces,) bool: which are merged less ->
         Nodes, whose `old` (n,) is which node of these each was, -1 of new ones."""
         new = copy.copy(self)
-        for name in ("weight", "reflectance", "parted"):
-            new.__dict__.pop(name, None)
+        new._forget()
         new.meshes = self.meshes.finer(meshes)
         new._lay_out(*self.lattice.split(cells), self)
         return new

@@ -11,12 +11,12 @@ class Source:
     """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it;
     shadows: whether any does; receivers (n surfaces,) bool: which its light comes to, blockers: Facets of what may hide
     it, None for all; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even; is_surface: whether
-    samples' weights are areas; is_spot: whether it is what a beam lights; beam: see Light; partly: the part of
-    receivers that see a part of it, see Shares.learn."""
+    samples' weights are areas; is_spot: whether it is what a beam lights; is_tinted: whether its colour varies over its
+    sample places; beam: see Light; partly: the part of receivers that see a part of it, see Shares.learn."""
 
     distant, skip, lift = False, -1, 0.0
     shadows, pattern, beam, receivers, blockers = True, None, None, None, None
-    is_surface = is_spot = False
+    is_surface = is_spot = is_tinted = False
     partly = 0.0
 
     def __init__(self, colour, name):
@@ -25,6 +25,10 @@ class Source:
     def against(self, points, normals):
         """(n,) Whether it gives nothing there, as it lies against the shape or the point is within it."""
         return np.zeros(len(points), bool)
+
+    def tint(self, places):
+        """(k, 3) of its colour at sample places (k, 3) m; None where it is the same everywhere."""
+        return None
 
     def take_light(self, scene, before):
         """Becomes what it is under another scene's light; before: the sources before it, under that light."""
@@ -69,11 +73,14 @@ class Emitter(Source):
         normals = self.surface.sign * self.shape.face_normals(points)
         return points + self.lift * normals + self.offset, normals, np.full(len(points), self.shape.area / len(points))
 
-    def tint(self, points):
-        """(k, 3) emission at sample points, of its mean; None where it is the same everywhere."""
-        if not callable(self.surface.emission):
-            return None
-        return self.surface.emission_at(points) / np.maximum(self.colour, 1e-300)
+    @property
+    def is_tinted(self):
+        """See Source."""
+        return callable(self.surface.emission)
+
+    def tint(self, places):
+        """See Source: its emission there, of its mean."""
+        return self.surface.emission_at(places) / np.maximum(self.colour, 1e-300) if self.is_tinted else None
 
 
 class Lamp(Source):
@@ -94,10 +101,6 @@ class Lamp(Source):
         """See Source."""
         self.light = scene.lights[self.number]
         self.colour = np.asarray(self.light.colour, float)
-
-    def tint(self, points):
-        """A light is of one colour."""
-        return None
 
 
 def relit(sources, scene):

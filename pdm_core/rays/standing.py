@@ -6,7 +6,7 @@ side where most of it is; what is met on the other side takes the light of the c
 
 import numpy as np
 
-from ..at_once import AT_ONCE
+from ..at_once import AT_ONCE, in_turn
 from ..contacts import near
 
 ON = 6.0  # tolerances within which a facet's corner lies in a plane: more than the facets have been widened
@@ -30,14 +30,14 @@ class Standing:
         size = lattice.size[self.surface]
         length = (np.abs(self.b - self.a) * size).max(axis=1)
         count = np.where(lattice.number[self.surface] > 0, np.ceil(DENSE * length).astype(int) + 1, 0)
-        which = np.repeat(np.arange(len(count)), count)
-        step = (np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)) / np.maximum(count - 1, 1)[which]
+        which, step = in_turn(count)
+        step = step / np.maximum(count - 1, 1)[which]
         at, along = self.a[which] + step[:, None] * (self.b - self.a)[which], (self.b - self.a)[which]
         across = along[:, ::-1] * (-1, 1) / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
         at = np.concatenate([at - ASIDE * across, at + ASIDE * across])
         which = np.tile(which, 2)
         some = np.flatnonzero(((at > 0) & (at < 1)).all(axis=1))
-        leaf = lattice.at(self.surface[which[some]], at[some])
+        leaf = lattice.at(self.surface[which[some]], at[some])[0]
         pairs = np.unique(leaf * len(count) + which[some])
         return Lists(*np.divmod(pairs, max(len(count), 1)), len(lattice))
 
@@ -58,9 +58,7 @@ class Lists:
 
     def of(self, keys):
         """keys (n,) -> positions (m,) among them and the values (m,) of each in turn."""
-        number = self.number[keys]
-        which = np.repeat(np.arange(len(keys)), number)
-        step = np.arange(len(which)) - np.repeat(np.cumsum(number) - number, number)
+        which, step = in_turn(self.number[keys])
         return which, self.values[self.first[keys][which] + step]
 
 
@@ -139,9 +137,8 @@ def _pairs(facets):
     ends = np.cumsum(number[j])
     cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1] if len(ends) else 0, AT_ONCE), side="right"))
     for some in np.split(np.arange(len(i)), cuts):
-        count = number[j[some]]
-        step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        yield np.repeat(i[some], count), np.repeat(facets.first[j[some]], count) + step
+        whose, step = in_turn(number[j[some]])
+        yield i[some][whose], facets.first[j[some]][whose] + step
 
 
 def _segments(facets, charts, own, facet):

@@ -207,6 +207,11 @@ class Mesh(Shape):
         return _names(self.vertices)[self.triangles]
 
     @cached_property
+    def _longest(self):
+        """(t,) m of the triangles' edges."""
+        return np.linalg.norm(self._points - np.roll(self._points, 1, axis=1), axis=2).max(axis=1)
+
+    @cached_property
     def _rims(self):
         """See ways_in."""
         return ways_in(self._names, self._points, self.triangle_normals)
@@ -279,9 +284,9 @@ class Mesh(Shape):
         """(n, 3) m: how far points, bary (n, 3) on triangles (n,), are moved along them, so as to keep at least so many
         m from where the mesh ends: what touches it there may be a little before them."""
         out, least = np.zeros((len(triangle), 3)), min(least, self.thickness / 4)
-        corners = self._points[triangle]
-        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-        some = np.flatnonzero(least * longest > 2 * INNER * self.areas[triangle])  # else they keep it anyway
+        some = np.flatnonzero(
+            least * self._longest[triangle] > 2 * INNER * self.areas[triangle]
+        )  # else they keep it anyway
         if not len(some) or not len(self._rims[0]):
             return out
         (names, ways), name = self._rims, self._names[triangle[some]]

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..at_once import AT_ONCE
+from ..at_once import AT_ONCE, in_turn
 from ..closed_forms import kernel, polygon_unoccluded
 
 TRIANGLES = 256  # of a mesh, up to which its light is a sum of closed forms
@@ -50,10 +50,9 @@ class MeshLight:
             count = clusters.count[c]
             cuts = np.unique(np.searchsorted(np.cumsum(count), np.arange(0, count.sum(), AT_ONCE)))
             for first, last in zip(cuts, np.append(cuts[1:], len(r))):
-                many = count[first:last]
-                who = start + np.repeat(r[first:last], many)
-                place = np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
-                t = clusters.order[np.repeat(clusters.first[c[first:last]], many) + place]
+                which, place = in_turn(count[first:last])
+                who = start + r[first:last][which]
+                t = clusters.order[clusters.first[c[first:last]][which] + place]
                 ahead = np.flatnonzero(np.einsum("pi,pi->p", points[who] - corners[t, 0], n[t]) > 0)
                 who, t = who[ahead], t[ahead]
                 out += np.bincount(who, polygon_unoccluded(points[who], normals[who], corners[t]), len(points))
