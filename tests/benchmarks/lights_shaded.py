@@ -213,40 +213,59 @@ def compared(ours, one, other, area):
 def row(where, name, kind, settings, target, bake):
     objects = set_up(where)
     lamp(where, kind, settings)
+    return {"scene": where, "light": name, **measured(objects, target, bake)[0]}
+
+
+def measured(objects, target, bake):
+    """What is told of our bake of these objects beside two of Cycles', and (ours, one, other) themselves."""
     bpy.context.view_layer.update()
     start = time.process_time()
     ours, report = by_us(objects, target, bake)
     start = time.process_time() - start
     (one, seconds), (other, _) = by_cycles(objects, 1), by_cycles(objects, 2)
-    found = {"scene": where, "light": name, "stated": report["error"], **compared(ours, one, other, areas(objects))}
-    return {**found, "vertices": len(ours), "cpu_seconds": start, "cycles_seconds": seconds}
+    told = {"stated": report["error"], **compared(ours, one, other, areas(objects)), "vertices": len(ours)}
+    return {**told, "cpu_seconds": start, "cycles_seconds": seconds}, (ours, one, other)
 
 
-def keep(output, version, rows, about, key=("scene", "light")):
+def keep(output, version, rows, about, key):
     """Writes the rows of this version of Blender beside those of others, and instead of those of the same names."""
     tables = json.loads(Path(output).read_text())["tables"] if Path(output).exists() else {}
     named = {tuple(row[name] for name in key): row for row in [*tables.get(version, []), *rows]}
     save(output, {"machine": machine(), **about, "tables": {**tables, version: list(named.values())}})
 
 
-def main(output=None, target="0.02", part=""):
+def table(what, cases, output, part, about, key):
+    """Prints, and keeps, the rows of those cases, (name, row of a bake module), that have the part in their names."""
     module = extension()
     sys.modules["pdm_extension"].register()
     bake = module("operators.baking.bake")
     rows, version = [], ".".join(map(str, bpy.app.version[:2]))
-    print(f"{'light':44} {'L2 %':>7} {'worst %':>8} {'noise %':>8} {'stated %':>8} {'CPU s':>6}   (Blender {version})")
-    for name, kind, settings in cases():
-        for where in SCENES:
-            if part not in f"{where}: {name}":
-                continue
-            rows.append(row(where, name, kind, settings, float(target), bake))
-            found = rows[-1]
-            numbers = [100 * found[key] for key in ("l2", "worst", "noise", "stated")]
-            print(f"{where + ': ' + name:44} {numbers[0]:7.3f} {numbers[1]:8.3f} {numbers[2]:8.3f} {numbers[3]:8.3f} "
-                  f"{found['cpu_seconds']:6.1f} {found['cycles_seconds']:6.1f}", flush=True)  # fmt: skip
-            if output:
-                keep(output, version, rows, {"samples": SAMPLES, "bounces": BOUNCES, "target": float(target)})
+    heads = " ".join(f"{head + ' %':>8}" for head in ("L2", "worst", "noise", "stated"))
+    print(f"{what:44} {heads} {'CPU s':>6} {'Cycles':>6}   (Blender {version})")
+    for name, make in cases:
+        if part not in name:
+            continue
+        rows.append(make(bake))
+        found = rows[-1]
+        numbers = " ".join(f"{100 * found[column]:8.3f}" for column in ("l2", "worst", "noise", "stated"))
+        more = [
+            f" {column} {100 * found[column]:.3f} %" for column in ("elsewhere", "noise_elsewhere") if column in found
+        ]
+        print(
+            f"{name:44} {numbers} {found['cpu_seconds']:6.1f} {found['cycles_seconds']:6.1f}{''.join(more)}", flush=True
+        )
+        if output:
+            keep(output, version, rows, about, key)
     sys.modules["pdm_extension"].unregister()
+
+
+def main(output=None, target="0.02", part=""):
+    every = [(name, where, kind, settings) for name, kind, settings in cases() for where in SCENES]
+    table(
+        "light",
+        [(f"{w}: {n}", lambda bake, w=w, n=n, k=k, s=s: row(w, n, k, s, float(target), bake)) for n, w, k, s in every],
+        output, part, {"samples": SAMPLES, "bounces": BOUNCES, "target": float(target)}, ("scene", "light"),
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

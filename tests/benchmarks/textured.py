@@ -9,13 +9,11 @@ numbers are told in lights_shaded.py; `elsewhere` is the L2 over all but the wal
 """
 
 import sys
-import time
 from math import radians
 
 import bpy
 import lights_shaded as shaded
 import numpy as np
-from lights import extension
 from mathutils import Euler, Matrix
 
 SAMPLES = 2048
@@ -151,37 +149,21 @@ def row(name, make, target, bake):
         bpy.data.objects.remove(obj)
     bpy.context.scene.cycles.samples = SAMPLES
     objects, source = make()
-    bpy.context.view_layer.update()
-    start = time.process_time()
-    ours, report = shaded.by_us(objects, target, bake)
-    start = time.process_time() - start
-    (one, seconds), (other, _) = shaded.by_cycles(objects, 1), shaded.by_cycles(objects, 2)
-    found = {"room": name, "stated": report["error"], **shaded.compared(ours, one, other, shaded.areas(objects))}
+    found, values = shaded.measured(objects, target, bake)
+    found = {"room": name, **found}
     if source:
         keep = np.concatenate([np.full(len(obj.data.vertices), obj.name != source) for obj in objects])
-        beside = shaded.compared(*(a[keep] for a in (ours, one, other, shaded.areas(objects))))
+        beside = shaded.compared(*(a[keep] for a in (*values, shaded.areas(objects))))
         found |= {"elsewhere": beside["l2"], "noise_elsewhere": beside["noise"]}
-    return {**found, "vertices": len(ours), "cpu_seconds": start, "cycles_seconds": seconds}
+    return found
 
 
 def main(output=None, target="0.01", part=""):
-    module = extension()
-    sys.modules["pdm_extension"].register()
-    bake = module("operators.baking.bake")
-    rows, version = [], ".".join(map(str, bpy.app.version[:2]))
-    print(f"{'room':44} {'L2 %':>7} {'worst %':>8} {'noise %':>8} {'stated %':>8} {'CPU s':>6}   (Blender {version})")
-    for name, make in ROOMS.items():
-        if part not in name:
-            continue
-        rows.append(row(name, make, float(target), bake))
-        found = rows[-1]
-        numbers = [100 * found[key] for key in ("l2", "worst", "noise", "stated")]
-        more = "".join(f" {key} {100 * found[key]:.3f} %" for key in ("elsewhere", "noise_elsewhere") if key in found)
-        print(f"{name:44} {numbers[0]:7.3f} {numbers[1]:8.3f} {numbers[2]:8.3f} {numbers[3]:8.3f} "
-              f"{found['cpu_seconds']:6.1f}{more}", flush=True)  # fmt: skip
-        if output:
-            shaded.keep(output, version, rows, {"samples": SAMPLES, "target": float(target)}, ("room",))
-    sys.modules["pdm_extension"].unregister()
+    shaded.table(
+        "room",
+        [(name, lambda bake, n=name, m=make: row(n, m, float(target), bake)) for name, make in ROOMS.items()],
+        output, part, {"samples": SAMPLES, "target": float(target)}, ("room",),
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

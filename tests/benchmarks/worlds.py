@@ -7,13 +7,11 @@ over the floor with a ball and a box of lights_shaded.py, where the numbers are 
 """
 
 import sys
-import time
 from math import radians
 
 import bpy
 import lights_shaded as shaded
 import numpy as np
-from lights import extension
 
 MAP = 1024  # pixels of the map by which Cycles samples a world
 
@@ -76,36 +74,17 @@ def set_up(with_building, make):
 
 
 def row(name, with_building, make, target, bake):
-    objects = set_up(with_building, make)
-    bpy.context.view_layer.update()
-    start = time.process_time()
-    ours, report = shaded.by_us(objects, target, bake)
-    start = time.process_time() - start
-    (one, seconds), (other, _) = shaded.by_cycles(objects, 1), shaded.by_cycles(objects, 2)
-    found = {"world": name, "building": with_building, "stated": report["error"]}
-    found |= shaded.compared(ours, one, other, shaded.areas(objects))
-    return {**found, "vertices": len(ours), "cpu_seconds": start, "cycles_seconds": seconds}
+    found, _ = shaded.measured(set_up(with_building, make), target, bake)
+    return {"world": name, "building": with_building, **found}
 
 
 def main(output=None, target="0.01", part=""):
-    module = extension()
-    sys.modules["pdm_extension"].register()
-    bake = module("operators.baking.bake")
-    rows, version = [], ".".join(map(str, bpy.app.version[:2]))
-    print(f"{'world':40} {'L2 %':>7} {'worst %':>8} {'noise %':>8} {'stated %':>8} {'CPU s':>6}   (Blender {version})")
-    for name, make in worlds():
-        for with_building in (False, True):
-            if part not in name:
-                continue
-            rows.append(row(name, with_building, make, float(target), bake))
-            found = rows[-1]
-            numbers = [100 * found[key] for key in ("l2", "worst", "noise", "stated")]
-            print(f"{name + (', building' if with_building else ''):40} {numbers[0]:7.3f} {numbers[1]:8.3f} "
-                  f"{numbers[2]:8.3f} {numbers[3]:8.3f} {found['cpu_seconds']:6.1f}", flush=True)  # fmt: skip
-            if output:
-                about = {"samples": shaded.SAMPLES["floor"], "target": float(target)}
-                shaded.keep(output, version, rows, about, ("world", "building"))
-    sys.modules["pdm_extension"].unregister()
+    every = [(name, building, make) for name, make in worlds() for building in (False, True)]
+    shaded.table(
+        "world",
+        [(n + ", building" * b, lambda bake, n=n, b=b, m=m: row(n, b, m, float(target), bake)) for n, b, m in every],
+        output, part, {"samples": shaded.SAMPLES["floor"], "target": float(target)}, ("world", "building"),
+    )  # fmt: skip
 
 
 if __name__ == "__main__":
