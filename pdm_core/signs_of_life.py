@@ -42,12 +42,17 @@ def finish(steps, tell=None):
 
 def mapped(steps, change):
     """Generator: yields change(step) at each step of another, returns what that returns; closed, it closes that too."""
+    return unfolded(steps, lambda step: (change(step),))
+
+
+def unfolded(steps, more):
+    """The same that yields all of more(step) at each step."""
     try:
         while True:
             try:
                 step = next(steps)
             except StopIteration as end:
                 return end.value
-            yield change(step)
+            yield from more(step)
     finally:
         steps.close()

@@ -4,7 +4,7 @@ are put back."""
 import numpy as np
 
 from ...pdm_core.foretell import seconds_to
-from ...pdm_core.signs_of_life import mapped
+from ...pdm_core.signs_of_life import mapped, unfolded
 from .colour_attribute import Colours, write_colours
 from .field_at import Field
 from .layer import blended
@@ -28,18 +28,13 @@ class SoFar:
 
     def steps(self, solving):
         """The Progress of a solver at each step, and at those between them that read its best so far."""
-        try:
-            while True:
-                try:
-                    now = next(solving)
-                except StopIteration as end:
-                    return end.value
-                yield now
-                if now.best is not self.best:
-                    self.best = now.best
-                    yield from self._show(now)
-        finally:
-            solving.close()
+        return unfolded(solving, self._at)
+
+    def _at(self, now):
+        yield now
+        if now.best is not self.best:
+            self.best = now.best
+            yield from self._show(now)
 
     def _show(self, now):
         self.history.append((now.seconds, now.best.error))
