@@ -10,3 +10,21 @@ def in_turn(count):
     """Lists of count (n,) entries, one after the other: whose each entry is, and which of its own (sum of count,)."""
     whose = np.repeat(np.arange(len(count)), count)
     return whose, np.arange(len(whose)) - np.repeat(np.cumsum(count) - count, count)
+
+
+def parts(index, most):
+    """[index (k,)] of an index (n,) in turn, each of at most `most`."""
+    return [index[some] for some in slices(len(index), most)]
+
+
+def slices(length, most):
+    """[slice] of lists of so many entries in turn, each of at most `most`."""
+    most = max(int(most), 1)
+    return [slice(k, k + most) for k in range(0, length, most)]
+
+
+def runs(count, most=AT_ONCE):
+    """[slice] of lists of count (n,) entries, in order, that have about `most` together, or are one list."""
+    begun = (np.cumsum(count) - count) // most
+    cuts = np.flatnonzero(np.diff(begun, prepend=-1))
+    return [slice(a, b) for a, b in zip(cuts, np.append(cuts[1:], len(count)))]

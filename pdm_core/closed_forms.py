@@ -8,7 +8,7 @@ Spindler and Hahne 1981; Ehlert and Smith 1993).
 
 import numpy as np
 
-from .at_once import CACHED
+from .at_once import CACHED, slices
 from .numerics import gauss_legendre
 from .tolerances import TINY
 
@@ -105,8 +105,7 @@ def polygon_unoccluded(points, normals, corners):
     c = np.ascontiguousarray(np.transpose(corners, (2, 1, 0)))
     m = x.shape[1]
     out = np.empty(m)
-    for start in range(0, m, CACHED):
-        part = slice(start, start + CACHED)
+    for part in slices(m, CACHED):
         out[part] = _polygon_chunk(x[:, part], n[:, part], c[:, :, part])
     return out
 

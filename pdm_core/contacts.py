@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .at_once import AT_ONCE, in_turn
+from .at_once import in_turn, runs
 from .scene import Scene
 from .shape_table import ShapeTable
 from .shapes.shape import tolerance_of
@@ -284,11 +284,10 @@ def near(low, high, tolerance):
     order = np.argsort(low[:, axis], kind="stable")
     low, high = low[order], high[order] + tolerance
     count = np.searchsorted(low[:, axis], high[:, axis], side="right") - np.arange(len(low)) - 1
-    ends, found = np.cumsum(count), [np.zeros((2, 0), int)]
-    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1], AT_ONCE)))
-    for first, last in zip(cuts, np.append(cuts[1:], len(low))):
-        i, step = in_turn(count[first:last])
-        i += first
+    found = [np.zeros((2, 0), int)]
+    for some in runs(count):
+        i, step = in_turn(count[some])
+        i += some.start
         j = i + 1 + step
         meet = ((low[j] <= high[i]) & (low[i] <= high[j])).all(axis=1)
         found.append(np.stack([i[meet], j[meet]]))

@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 
-from .at_once import CACHED
+from .at_once import CACHED, slices
 from .closed_forms import clip_edges, divide, dot
 from .tolerances import ROUNDING
 
@@ -31,8 +31,7 @@ def polygon_exchange(a, b, normal_a, normal_b, tolerance=0.0):
     tolerance m: heights over the other's plane that are none.
     """
     value, error = np.zeros(len(a)), np.zeros(len(a))
-    for start in range(0, len(a), CACHED // 64):
-        part = slice(start, start + CACHED // 64)
+    for part in slices(len(a), CACHED // 64):
         one, other, n, m = (np.ascontiguousarray(np.moveaxis(x[part], 0, -1)) for x in (a, b, normal_a, normal_b))
         one, other = np.moveaxis(one, 1, 0), np.moveaxis(other, 1, 0)
         (one, sees), (other, seen) = _before(one, other, m, tolerance), _before(other, one, n, tolerance)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .at_once import AT_ONCE
+from .at_once import AT_ONCE, slices
 from .checked import SceneError, array
 from .numerics import gauss_square
 from .sampled import segment_blocked
@@ -62,8 +62,7 @@ def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occl
     table = ShapeTable(tuple(occluders)) if occluders else None
     total = 0.0
     step = max(1, AT_ONCE // len(pb))
-    for start in range(0, len(pa), step):
-        part = slice(start, start + step)
+    for part in slices(len(pa), step):
         i, _, d, value = published_kernel(pa[part], na[part], pb, nb)
         x = pa[part][i].T
         for k in range(len(occluders)):

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .at_once import CACHED
+from .at_once import CACHED, parts
 from .closed_forms import across, clip_edges, cross, divide, dot
 from .numerics import gauss_legendre
 from .tolerances import ROUNDING, TINY
@@ -428,15 +428,15 @@ def visible_integral(n, source, occluders, rounding):
         polygon_edges.append(_gaps(0 * low.ravel(), 1 + 0 * low.ravel(), *edges))
         row, *arc = _gaps_of_turn(len(polygon), *outside)
         source_outlines.append((o.polygon_of[row], *arc))
-    for i, j in _parts(*o.polygon_ball):
+    for i, j in zip(*(parts(a, CACHED) for a in o.polygon_ball)):
         edges, outside = _planes_and_balls(o.polygons, i, o.balls, j)
         polygon_edges.append(edges)
         row, *arc = _gaps_of_turn(len(i), *outside)
         outlines.append((j[row], *arc))
-    for i, j in _parts(*o.ball_ball):
+    for i, j in zip(*(parts(a, CACHED) for a in o.ball_ball)):
         row, *arc = _arcs_in_cones(o.balls, i, o.balls, j)
         outlines.append((i[row], *arc))
-    for i, j, first in _parts(*o.polygon_polygon, o.first):
+    for i, j, first in zip(*(parts(a, CACHED) for a in (*o.polygon_polygon, o.first))):
         polygon_edges.append(_edges_in_polygons(o.polygons, i, o.polygons, j, OUTER, first))
     whole = np.zeros(source.p.shape[1:]), np.ones(source.p.shape[1:])
     total = _along_edges(n, source, *whole, _joined(source_edges))
@@ -452,8 +452,3 @@ def visible_integral(n, source, occluders, rounding):
         noise = np.bincount(o.polygon_of, noise, minlength=m)[dark]
         left[dark[left[dark] < noise]] = 0.0
     return left
-
-
-def _parts(*lists):
-    """Lists of one length, CACHED entries at a time."""
-    return [[a[k : k + CACHED] for a in lists] for k in range(0, len(lists[0]), CACHED)]

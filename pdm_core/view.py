@@ -8,7 +8,7 @@ from collections import Counter
 
 import numpy as np
 
-from .at_once import AT_ONCE, CACHED, in_turn
+from .at_once import AT_ONCE, CACHED, in_turn, parts, runs, slices
 from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded, transform
 from .regions import Occluders, ball_source, covers_directions, polygon_region, sky_source, visible_integral
 from .sampled import sampled_factors
@@ -246,11 +246,10 @@ def _overlapping(table, x, pair, occluder):
     cos = np.sqrt(1 - sin * sin)
     around = length <= r  # from within everything overlaps
     follow = np.searchsorted(pair, pair, side="right") - np.arange(len(pair)) - 1
-    ends, found = np.cumsum(follow), [np.zeros((2, 0), int)]
-    cuts = np.unique(np.searchsorted(ends, np.arange(0, follow.sum(), AT_ONCE)))
-    for low, high in zip(cuts, np.append(cuts[1:], len(pair))):
-        e, step = in_turn(follow[low:high])
-        e += low
+    found = [np.zeros((2, 0), int)]
+    for some in runs(follow):
+        e, step = in_turn(follow[some])
+        e += some.start
         other = e + 1 + step
         apart = dot(axis.take(e, axis=1), axis.take(other, axis=1)) < cos[e] * cos[other] - sin[e] * sin[other] - 1e-9
         found.append(np.stack([e, other])[:, ~apart | around[e] | around[other]])
@@ -323,13 +322,9 @@ def _unoccluded(table, x, n, source, corners, sky):
     radius = table.radius[source]
     out = sphere_unoccluded(x.T, n.T, table.origin[:, source].T, np.where(radius > 0, radius, table.bound[source]))
     nothing = np.zeros(0, int)
-    for part in _parts(np.nonzero(radius == 0)[0], CACHED):
+    for part in parts(np.nonzero(radius == 0)[0], CACHED):
         out[part] = _visible(table, x[:, part], n[:, part], source[part], None, False, nothing, nothing)
     return out
-
-
-def _parts(index, size):
-    return [index[k : k + size] for k in range(0, len(index), size)]
 
 
 def visible_factors(table, points, normals, source, corners=None, occluders=None, sky=False, counts=None):
@@ -344,8 +339,7 @@ def visible_factors(table, points, normals, source, corners=None, occluders=None
     counts = Counter() if counts is None else counts
     out = np.empty(len(points))
     source = np.broadcast_to(np.asarray(source), len(points))
-    for start in range(0, len(points), AT_ONCE):
-        part = slice(start, start + AT_ONCE)
+    for part in slices(len(points), AT_ONCE):
         x, n = np.ascontiguousarray(points[part].T), np.ascontiguousarray(normals[part].T)
         c = None if corners is None else np.ascontiguousarray(np.transpose(corners[part], (2, 1, 0))) - x[:, None]
         candidates = None if occluders is None else occluders[part]
@@ -356,7 +350,7 @@ def visible_factors(table, points, normals, source, corners=None, occluders=None
 def _groups(number):
     """Rows with number (m,) > 0 entries, ascending, in groups of about CACHED entries or of one row."""
     rows = np.nonzero(number)[0]
-    return np.split(rows, np.nonzero(np.diff(np.cumsum(number[rows]) // CACHED))[0] + 1) if len(rows) else []
+    return [rows[some] for some in runs(number[rows], CACHED)]
 
 
 def _batch(table, x, n, source, corners, occluders, sky, counts):
@@ -390,7 +384,7 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
     out = np.maximum(out, 0.0)
     index = np.nonzero(sampled)[0]
     counts["sampled"] += len(index)
-    for group in _parts(index, 64):
+    for group in parts(index, 64):
         these = pick(group)
         out[group] = sampled_factors(table, *these, occluders[group], _unoccluded(table, *these))
     return out

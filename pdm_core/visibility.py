@@ -5,7 +5,7 @@ Bounding volumes and separating planes decide before any work per point; the res
 
 import numpy as np
 
-from .at_once import AT_ONCE
+from .at_once import AT_ONCE, slices
 from .closed_forms import dot
 from .contacts import contacts_of
 from .sampled import segment_blocked
@@ -108,8 +108,7 @@ class Shafts:
             return np.zeros((len(a), 0), int)
         lists = [np.zeros((0, 0), int)]
         step = max(1, AT_ONCE // len(self.radius))
-        for start in range(0, len(a), step):
-            part = slice(start, start + step)
+        for part in slices(len(a), step):
             keep = self.may_hide(a[part], b[part], around and [value[part] for value in around])
             lists.append(padded(len(keep), *np.nonzero(keep)))
         return _stacked(lists)
@@ -136,8 +135,7 @@ class Shafts:
         """Of candidates (n, k) those that points (n, 3) with normals (n, 3) may see before polygons (n, 4, 3)."""
         lists = [np.zeros((0, 0), int)]
         step = max(1, AT_ONCE // max(occluders.shape[1], 1))
-        for start in range(0, len(points), step):
-            part = slice(start, start + step)
+        for part in slices(len(points), step):
             x, n = np.ascontiguousarray(points[part].T), np.ascontiguousarray(normals[part].T)
             around = np.ascontiguousarray(np.transpose(corners[part], (2, 1, 0))) - x[:, None]
             pair, slot = np.nonzero(occluders[part] >= 0)
@@ -248,8 +246,7 @@ class Factors:
         r = np.concatenate([np.repeat(part, len(wanted)) for part, wanted in zip(parts, sources)])
         s = np.concatenate([np.tile(wanted, len(part)) for part, wanted in zip(parts, sources)]).astype(int)
         value = np.empty(len(r))
-        for start in range(0, len(r), AT_ONCE):
-            k = slice(start, start + AT_ONCE)
+        for k in slices(len(r), AT_ONCE):
             value[k] = self.pairs(points.take(r[k], axis=0), normals.take(r[k], axis=0), surface[r[k]], s[k])
         ends = np.cumsum([len(part) * len(wanted) for part, wanted in zip(parts, sources)])
         for rows, part, some in zip(out, parts, np.split(value, ends[:-1])):

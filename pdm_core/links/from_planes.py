@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..at_once import CACHED
+from ..at_once import CACHED, parts
 from ..closed_forms import divide, dot, polygon_unoccluded
 from ..field import basis
 from ..field_charts import graded, graded_slope
@@ -85,8 +85,7 @@ class FromPlanes:
         shadows = Shadows(shafts.table, x, [axis.take(s, axis=1) for axis in self.frame], occluders)
         pairs = _Pairs(x, n, height, tol[r], own, s, occluders, shadows, foot, below, slope)
         links = []
-        for start in range(0, len(r), CACHED):
-            chunk = np.arange(start, min(start + CACHED, len(r)))
+        for chunk in parts(np.arange(len(r)), CACHED):
             todo = self._whole(chunk, s[chunk])
             while len(todo.receiver):
                 todo, *done = self._sort_out(todo, pairs, detail)
@@ -226,9 +225,3 @@ class FromPlanes:
 def _joined(cells):
     parts = ("receiver", "owner", "origin", "width")
     return _Cells(*(np.concatenate([getattr(c, k) for c in cells], axis=-1) for k in parts))
-
-
-def parts(index, size):
-    """[index (size,)] in turn of an index (n,)."""
-    size = max(size, 1)
-    return [index[k : k + size] for k in range(0, len(index), size)]

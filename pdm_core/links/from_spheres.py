@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from ..at_once import AT_ONCE, CACHED
+from ..at_once import AT_ONCE, CACHED, parts
 from ..numerics import gauss_legendre
 from ..shapes.shape import unit
-from .from_planes import parts
 
 _SIZES = ((1, 1), (1, 4), (2, 8), (4, 16), (8, 24))  # rings x directions sampled over a sphere's outline
 

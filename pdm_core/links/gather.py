@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..at_once import CACHED
+from ..at_once import CACHED, parts
 from ..numerics import Block
-from .from_planes import FromPlanes, parts
+from .from_planes import FromPlanes
 from .from_spheres import FromSpheres
 
 BLOCK = 128  # rows of a dense block: neighbours, which use much the same nodes

@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from ..at_once import CACHED
+from ..at_once import CACHED, slices
 from ..checked import SceneError
 from ..contacts import settled_again
 from ..plan import reached_by_light
@@ -62,11 +62,10 @@ class Solution(ReadOff):
         on, sent, out = np.empty(points.shape), transport.sent, np.empty((len(points), value.shape[1]))
         for k, mine in runs_of(surface):
             on[mine] = self.scene.surfaces[k].shape.project(points[mine]) - transport.origin
-        for start in range(0, len(points), CACHED):
-            part = slice(start, start + CACHED)
+        for part in slices(len(points), CACHED):
             placed = sent.locate(surface[part], sent.local(surface[part], on[part]))
             out[part] = sent.interpolate(placed, value)
-            yield start / len(points)
+            yield part.start / len(points)
         return out
 
     def irradiance(self, points, normals):

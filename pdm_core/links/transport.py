@@ -8,7 +8,7 @@ from collections import Counter
 
 import numpy as np
 
-from ..at_once import CACHED
+from ..at_once import CACHED, slices
 from ..contacts import contacts_of, settle
 from ..field import Field
 from ..numerics import Rows
@@ -94,8 +94,7 @@ class Transport:
         """As direct; yields."""
         step = max(1, CACHED // 4 // (len(self.lights) + len(self.scene.shapes) * self.background + 1))
         parts = [np.zeros((0, len(self.lights) + 1))]
-        for start in range(0, len(points), step):
-            k = slice(start, start + step)
+        for k in slices(len(points), step):
             parts.append(self.direct(points[k], normals[k], surface[k]))
             yield
         return np.concatenate(parts)

@@ -6,6 +6,7 @@ anywhere. What they reflect is a source of its own, a spot for each surface, as 
 
 import numpy as np
 
+from ..at_once import slices
 from ..shapes.shape import unit
 from .direct import AT_NODES, Shares
 from .placed import at_hits
@@ -96,8 +97,7 @@ class Spot(Source):
         """points, normals (n, 3) -> (n,) irradiance / pi of all its points, the nearest as discs of their area."""
         out, points = np.zeros(len(points)), points - self.centre
         step = max(1, PAIRS // len(self.area))
-        for start in range(0, len(points), step):
-            part = slice(start, start + step)
+        for part in slices(len(points), step):
             d = self.place - points[part, None]
             square = np.einsum("npi,npi->np", d, d)
             cosines = np.maximum(np.einsum("npi,ni->np", d, normals[part]), 0.0)

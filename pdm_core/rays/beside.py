@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..at_once import in_turn
+from ..at_once import AT_ONCE, in_turn, runs
 from ..contacts import near
 from ..read_off import runs_of
 from .facets import KEPT
@@ -10,7 +10,6 @@ from .placed import Placed
 
 ON = 4.0  # tolerances within which a point lies on another shape
 ALIKE = 1e-3  # sine up to which two shapes lie in one plane
-PAIRS = 1 << 18  # of points and shapes at once
 
 
 def read_places(facets, surface, points, normals=None, inward=None):
@@ -67,10 +66,8 @@ class Beside:
         return out
 
     def _chunks(self, own):
-        """Runs (k,) of points, of flat shapes own (n,) or -1, with PAIRS neighbours or of one point."""
-        ends = np.cumsum(self.count[own])
-        cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1] if len(ends) else 0, PAIRS), side="right"))
-        return [some for some in np.split(np.arange(len(own)), cuts) if len(some)]
+        """Runs (k,) of points, of flat shapes own (n,) or -1, with some 4 AT_ONCE neighbours or of one point."""
+        return [np.arange(len(own))[some] for some in runs(self.count[own], 4 * AT_ONCE)]
 
     def _neighbours(self, own, some):
         """Points and the flat shapes near their own, not in one plane with it (k,) each, of points some (m,)."""

@@ -6,6 +6,7 @@ more and more of them, until what is unsure is below the tolerance.
 
 import numpy as np
 
+from ..at_once import slices
 from ..closed_forms import kernel
 from ..shapes.shape import unit
 from .bundles import NOTHING, along
@@ -129,8 +130,7 @@ class Shares:
     def _unoccluded(self, source, receivers):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))
         step = 1 << 13
-        for start in range(0, len(out), step):
-            part = slice(start, start + step)
+        for part in slices(len(out), step):
             out[part] = source.unoccluded(points[part], receivers.normals[part])
             yield
         own = receivers.own

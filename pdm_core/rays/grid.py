@@ -5,7 +5,7 @@ Several planes lie side by side, so that few places in each do not leave most of
 
 import numpy as np
 
-from ..at_once import in_turn
+from ..at_once import in_turn, runs
 
 PER_CELL = 2.0  # receivers
 CELLS = 250  # along each axis at most: their product, planes side by side, fits the sixteen bits that are sorted fast
@@ -52,14 +52,12 @@ def pairs_of(x, y, low, high, parted=()):
     start = np.cumsum(number) - number
     own = cell.take(order)
     each = number.take(own)
-    ends = np.cumsum(each)
-    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1], CANDIDATES)))
-    for a, b in zip(cuts, np.append(cuts[1:], n)):
-        some = each[a:b]
+    for run in runs(each, CANDIDATES):
+        some = each[run]
         total = int(some.sum())
         if total:
-            who = np.repeat(order[a:b], some)
-            base = start.take(own[a:b]) - (np.cumsum(some) - some)
+            who = np.repeat(order[run], some)
+            base = start.take(own[run]) - (np.cumsum(some) - some)
             yield who, shape.take(np.arange(total) + np.repeat(base, some))
 
 

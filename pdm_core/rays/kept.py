@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..at_once import slices
 from ..checked import SceneError
 from ..kept import KeptGroups, group
 from ..read_off import check_same_shapes
@@ -13,7 +14,6 @@ from .rows import MISS, bundle, directions
 from .sources import Emitter
 
 FAINT = 1e-3  # of the light: sources that give less may become brighter, yet their shadows need not be finer than that
-AT_ONCE = 8  # directions of nodes
 
 
 class KeptRays(KeptGroups):
@@ -70,8 +70,7 @@ class KeptRays(KeptGroups):
 
     def _between_groups(self, nodes, traced):
         weight = self.part / np.maximum(np.abs(traced.cosine).sum(axis=1), 1e-30)
-        for start in range(0, len(traced.directions), AT_ONCE):
-            part = slice(start, start + AT_ONCE)
+        for part in slices(len(traced.directions), 8):
             row, column = np.nonzero(traced.code[:, part] >= 0)
             code = traced.code[:, part][row, column]
             node, basis = nodes.columns(code >> 1, traced.at[:, part][row, column], (code & 1) == 0)

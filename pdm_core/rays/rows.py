@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..at_once import AT_ONCE, slices
 from ..shapes.shape import lattice
 from .bundles import CONTACT, NOTHING, along
 from .grid import batches
@@ -11,8 +12,7 @@ from .spots import Spots
 
 HALVES = 2  # of the directions, alternately
 MISS, DARK = -1, -2  # instead of a facet's code
-FINE_SKY, AT_ONCE = 1 << 15, 32  # directions that find small bright parts of a sky; points at once
-RAYS_AT_ONCE = 1 << 16  # whose spots and light are found together
+FINE_SKY = 1 << 15  # directions that find small bright parts of a sky
 
 
 def directions(count):
@@ -103,8 +103,7 @@ class Gathered:
     def __init__(self, traced, nodes, scene):
         n, m = traced.code.shape
         self.cosine = traced.cosine
-        step = max(RAYS_AT_ONCE // max(m, 1), 1)
-        self.parts = [slice(k, k + step) for k in range(0, n, step)]
+        self.parts = slices(n, AT_ONCE // max(m, 1))
         self._find_spots(traced, Spots(nodes))
         self.total, self.skies = np.zeros((n, HALVES)), np.zeros((HALVES, n, 3))
         has_sky = scene.sky is not None or scene.background.any()
@@ -181,8 +180,7 @@ def sky_alone(scene, normals):
     """(n, 3) light of a sky that varies where nothing hides it, at normals (n, 3), by many directions."""
     fine = lattice(FINE_SKY)
     bright, out = scene.sky_at(fine), np.empty((len(normals), 3))
-    for start in range(0, len(normals), AT_ONCE):
-        part = slice(start, start + AT_ONCE)
+    for part in slices(len(normals), 16 * AT_ONCE // FINE_SKY):
         cosine = np.maximum(normals[part] @ fine.T, 0.0)
         out[part] = cosine @ bright / cosine.sum(axis=1, keepdims=True)
     return out

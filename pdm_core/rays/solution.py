@@ -6,6 +6,7 @@ from itertools import count
 
 import numpy as np
 
+from ..at_once import AT_ONCE, slices
 from ..checked import SceneError
 from ..deadline import above_target, is_over
 from ..plan import plan_by_rays
@@ -22,7 +23,6 @@ from .where import nodes_near
 ROUNDS = 12  # refinements at most
 LEAST_GAIN, POOR = 0.05, 2  # of the error in a round; rounds in a row that gain less: more would not help
 NAMED = 3  # lights in a warning
-READ_AT_ONCE = 1 << 16  # points: their rays go together
 
 
 class RaySolution(ReadOff):
@@ -40,13 +40,12 @@ class RaySolution(ReadOff):
     def incident_steps(self, surface, points, normals=None, inward=None, roughly=False):
         """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
         out, n = np.empty((len(points), 3)), max(len(points), 1)
-        for start in range(0, len(points), READ_AT_ONCE):
-            part = slice(start, start + READ_AT_ONCE)
+        for part in slices(len(points), AT_ONCE):
             own = [None if a is None else a[part] for a in (normals, inward)]
             receivers = read_places(self._state.facets, surface[part], points[part], *own)
             share = len(receivers) / n
             out[part] = yield from mapped(
-                self._read(receivers, roughly), lambda done, begun=start / n, share=share: begun + share * done
+                self._read(receivers, roughly), lambda done, begun=part.start / n, share=share: begun + share * done
             )
         return np.maximum(out, 0.0)
 

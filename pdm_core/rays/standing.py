@@ -6,7 +6,7 @@ side where most of it is; what is met on the other side takes the light of the c
 
 import numpy as np
 
-from ..at_once import AT_ONCE, in_turn
+from ..at_once import AT_ONCE, in_turn, parts, runs
 from ..contacts import near
 
 ON = 6.0  # tolerances within which a facet's corner lies in a plane: more than the facets have been widened
@@ -74,8 +74,7 @@ class PartedCells:
     def reached(self, leaf, weight, at):
         """weight (h, 4) of leaves (h, 4) for what is met at places (h, 2), those beyond what stands there 0."""
         some = np.flatnonzero(self.touched.take(leaf).any(axis=1))
-        for start in range(0, len(some), AT_ONCE):
-            part = some[start : start + AT_ONCE]
+        for part in parts(some, AT_ONCE):
             which, segment = self.lists.of(leaf[part].ravel())
             hit = which // 4
             to = self.centre[leaf[part]][hit]
@@ -91,8 +90,7 @@ class PartedCells:
     def beyond(self, leaf, at):
         """(h,) Whether what is met at places (h, 2) of leaves (h,) lies on the other side than their middles."""
         out, some = np.zeros(len(leaf), bool), np.flatnonzero(self.touched.take(leaf))
-        for start in range(0, len(some), AT_ONCE):
-            part = some[start : start + AT_ONCE]
+        for part in parts(some, AT_ONCE):
             hit, segment = self.lists.of(leaf[part])
             apart = self.standing.part(segment, at[part][hit], self.centre[leaf[part]][hit])
             out[part[hit[apart]]] = True
@@ -103,8 +101,7 @@ class PartedCells:
         most of the others; hidden (k, PLACES) bool: which do not count."""
         out = np.zeros(hidden.shape, bool)
         some = np.flatnonzero(self.touched[which])
-        for start in range(0, len(some), AT_ONCE // places.shape[1]):
-            part = some[start : start + AT_ONCE // places.shape[1]]
+        for part in parts(some, AT_ONCE // places.shape[1]):
             cell, segment = self.lists.of(which[part])
             asked = places[part][:, :: places.shape[1] // ASKED, None]
             apart = np.zeros((len(part), asked.shape[1], places.shape[1]), bool)
@@ -134,9 +131,7 @@ def _pairs(facets):
     i, j = np.concatenate([i, j]), np.concatenate([j, i])
     keep = np.isin(i, facets.flat)
     i, j = i[keep], j[keep]
-    ends = np.cumsum(number[j])
-    cuts = np.unique(np.searchsorted(ends, np.arange(0, ends[-1] if len(ends) else 0, AT_ONCE), side="right"))
-    for some in np.split(np.arange(len(i)), cuts):
+    for some in runs(number[j]):
         whose, step = in_turn(number[j[some]])
         yield i[some][whose], facets.first[j[some]][whose] + step
 

@@ -2,9 +2,8 @@
 
 import numpy as np
 
+from ..at_once import AT_ONCE, parts
 from ..read_off import runs_of
-
-POINTS = 1 << 16  # at once
 
 
 def nodes_near(nodes, surface, points):
@@ -12,7 +11,7 @@ def nodes_near(nodes, surface, points):
     done."""
     out, done = np.full(len(points), -1), 0
     has = nodes.number[surface] > 0
-    for some in _parts(np.flatnonzero(has & nodes.charts.has[surface])):
+    for some in parts(np.flatnonzero(has & nodes.charts.has[surface]), AT_ONCE):
         own = surface[some]
         node, weight = nodes.lattice.columns(own, nodes.charts.places(own, points[some]))
         out[some] = node[np.arange(len(some)), weight.argmax(axis=1)]
@@ -27,7 +26,3 @@ def nodes_near(nodes, surface, points):
         done += len(mine)
         yield done / len(points)
     return out
-
-
-def _parts(index):
-    return [index[k : k + POINTS] for k in range(0, len(index), POINTS)]

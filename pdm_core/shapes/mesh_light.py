@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..at_once import AT_ONCE, in_turn
+from ..at_once import AT_ONCE, in_turn, runs
 from ..closed_forms import kernel, polygon_unoccluded
 
 TRIANGLES = 256  # of a mesh, up to which its light is a sum of closed forms
@@ -48,11 +48,10 @@ class MeshLight:
             if not len(r):
                 continue
             count = clusters.count[c]
-            cuts = np.unique(np.searchsorted(np.cumsum(count), np.arange(0, count.sum(), AT_ONCE)))
-            for first, last in zip(cuts, np.append(cuts[1:], len(r))):
-                which, place = in_turn(count[first:last])
-                who = start + r[first:last][which]
-                t = clusters.order[clusters.first[c[first:last]][which] + place]
+            for some in runs(count):
+                which, place = in_turn(count[some])
+                who = start + r[some][which]
+                t = clusters.order[clusters.first[c[some]][which] + place]
                 ahead = np.flatnonzero(np.einsum("pi,pi->p", points[who] - corners[t, 0], n[t]) > 0)
                 who, t = who[ahead], t[ahead]
                 out += np.bincount(who, polygon_unoccluded(points[who], normals[who], corners[t]), len(points))

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..at_once import CACHED
+from ..at_once import CACHED, slices
 from ..checked import SceneError, array
 from ..closed_forms import cross, divide, dot, edge_sum
 from ..coincident import REACHES
@@ -289,8 +289,7 @@ class Polygon(Flat):
         following = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in zip(ends[:-1], ends[1:])])
         out = np.empty(len(points))
         step = max(1, CACHED // len(following))
-        for start in range(0, len(points), step):
-            part = slice(start, start + step)
+        for part in slices(len(points), step):
             x, n = (np.ascontiguousarray(a[part].T)[:, None] for a in (points, normals))
             out[part] = _contour(n, corners - x, following)
         return out
