@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 STEPS = 60  # of the solver at most
+SOLVED = 0.02  # relative residual of a linear system, of the relative error aimed at
 
 
 @cache
@@ -106,7 +107,7 @@ class Rows:
         return out * scale
 
 
-def gmres(apply, right, guess, tolerance, most=STEPS):
+def gmres(apply, right, guess, tolerance):
     """Solve x - apply(x) = right for (n, c) at once, each column for itself (Saad and Schultz 1986).
 
     A generator with a sign of life a step; returns x, the steps taken and the greatest relative residual reached.
@@ -116,7 +117,7 @@ def gmres(apply, right, guess, tolerance, most=STEPS):
     beta = np.linalg.norm(residual, axis=0)
     basis, columns = [residual / np.where(beta > 0, beta, 1.0)], []
     left, weights = beta, np.zeros((0, len(beta)))
-    while len(columns) < most and (left > tolerance * size).any():
+    while len(columns) < STEPS and (left > tolerance * size).any():
         v = basis[-1] - apply(basis[-1])
         column = []
         for b in basis:

@@ -8,9 +8,10 @@ from ..checked import SceneError, some_of
 from ..contacts import contacts_of
 from ..deadline import above_target, is_over
 from ..each_surface import OWN
+from ..numerics import SOLVED
 from ..signs_of_life import in_thread, mapped
 from .check import Check
-from .light import SOLVED, SolvedLight
+from .light import SolvedLight
 from .refinement import Refinement
 from .solution import Solution
 from .transport import Transport

@@ -16,7 +16,6 @@ from .gather import Detail
 from .received import Received
 
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
-SOLVED = 0.02  # relative residual of the linear system, of the error aimed at
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 
 

@@ -9,12 +9,13 @@ import numpy as np
 from ..at_once import CACHED, slices
 from ..checked import SceneError
 from ..contacts import settled_again
+from ..numerics import SOLVED
 from ..plan import reached_by_light
 from ..read_off import ReadOff, check_same_shapes, oriented, runs_of
 from ..signs_of_life import TICK, finish
 from .check import SAFETY
 from .kept import KeptLinks
-from .light import SOLVED, SolvedLight
+from .light import SolvedLight
 
 FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
 

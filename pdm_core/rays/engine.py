@@ -9,7 +9,7 @@ from collections import Counter
 
 import numpy as np
 
-from ..numerics import gmres
+from ..numerics import SOLVED, gmres
 from ..signs_of_life import finish, in_thread
 from .aimed import Spot, spots_of
 from .amplified import amplification
@@ -23,8 +23,6 @@ from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import relit, sources_of
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
-SOLVED = 0.02  # relative residual of the linear system, of the target
-STEPS = 60  # of the solver at most
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
@@ -156,7 +154,7 @@ class RayState:
         outer = self.direct + self.rows.sky
         right = self.rows.times(rho * outer + self.shining)
         guess = right.copy()
-        solving = gmres(lambda v: self.rows.times(rho * v), right, guess, SOLVED * self.target, STEPS)
+        solving = gmres(lambda v: self.rows.times(rho * v), right, guess, SOLVED * self.target)
         indirect, steps, _ = finish(solving)
         self.counts["iterations"] += steps
         self.amplified = amplification(self.rows.times, rho)
