@@ -5,11 +5,11 @@ import numpy as np
 from ..at_once import AT_ONCE, in_turn, runs
 from ..contacts import near
 from ..read_off import runs_of
+from ..shapes.shape import PARALLEL
 from .facets import KEPT
 from .placed import Placed
 
 ON = 4.0  # tolerances within which a point lies on another shape
-ALIKE = 1e-3  # sine up to which two shapes lie in one plane
 
 
 def read_places(facets, surface, points, normals=None, inward=None):
@@ -41,7 +41,7 @@ class Beside:
         self.place[flat] = np.arange(len(flat))
         self.planes, self.plane_of = facets.planes, facets.plane_of[flat]
         i, j = near(self.low, self.high, 0.0)
-        apart = np.linalg.norm(np.cross(self.normal[i], self.normal[j]), axis=1) > ALIKE
+        apart = np.linalg.norm(np.cross(self.normal[i], self.normal[j]), axis=1) > PARALLEL
         i, j = np.concatenate([i[apart], j[apart]]), np.concatenate([j[apart], i[apart]])
         self.other = j[np.lexsort((j, i))]  # neighbours of each flat shape in turn
         self.count = np.bincount(i, minlength=len(flat) + 1)  # the last of what is not flat: none

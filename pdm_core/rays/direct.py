@@ -9,6 +9,7 @@ import numpy as np
 from ..at_once import slices
 from ..closed_forms import kernel
 from ..shapes.shape import unit
+from ..tolerances import TINY
 from .bundles import NOTHING, along
 from .grid import batches
 from .perspective import seen_from
@@ -26,7 +27,6 @@ FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is seen: UNSURE / (2 n)^POWER, about
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points
-UNSEEN = 1e-12
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
 STAND = 256  # of them, whatever is told
 DIMMEST = 1e-6  # of a pattern, so that the whole lamp counts where its beam passes between the points that stand for it
@@ -236,4 +236,4 @@ def unseen(number, partly):
 
 def _lit(whole):
     """(k,) Which receivers get anything worth mentioning of what a source would give them unhidden (n,)."""
-    return np.flatnonzero(whole > UNSEEN * max(whole.max(initial=0.0), 1e-300))
+    return np.flatnonzero(whole > TINY * max(whole.max(initial=0.0), 1e-300))

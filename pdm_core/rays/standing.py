@@ -8,9 +8,9 @@ import numpy as np
 
 from ..at_once import AT_ONCE, in_turn, parts, runs
 from ..contacts import near
+from ..shapes.shape import PARALLEL
 
 ON = 6.0  # tolerances within which a facet's corner lies in a plane: more than the facets have been widened
-ALIKE = 1e-3  # sine up to which two planes lie in one
 BORDER = 1e-4  # of a chart: on its border nothing lies beyond a segment
 DENSE = 4  # points along a segment, for each of the finest cells, that tell which cells it runs through
 ASIDE = 1e-7  # of the chart: to both sides of a segment that runs between cells
@@ -155,7 +155,7 @@ def _segments(facets, charts, own, facet):
     far, each = np.einsum("nci,ni->nc", ends, along), np.arange(len(ends))
     first, last = np.where(there, far, np.inf).argmin(axis=1), np.where(there, far, -np.inf).argmax(axis=1)
     a, b = (np.einsum("nij,nj->ni", charts.inverse[known, :2], ends[each, k]) for k in (first, last))
-    keep = (np.linalg.norm(along, axis=1) > ALIKE) & (first != last) & charts.has[known]
+    keep = (np.linalg.norm(along, axis=1) > PARALLEL) & (first != last) & charts.has[known]
     keep &= ((np.maximum(a, b) > BORDER) & (np.minimum(a, b) < 1 - BORDER)).all(axis=1)
     out = []
     for side, sign in enumerate((1, -1)):
