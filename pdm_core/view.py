@@ -10,9 +10,10 @@ import numpy as np
 
 from .at_once import AT_ONCE, CACHED, in_turn, parts, runs, slices
 from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded, transform
-from .regions import Occluders, ball_source, covers_directions, polygon_region, sky_source, visible_integral
+from .regions import Occluders, ball_source, covers_directions, polygon_region, sky_source
 from .sampled import sampled_factors
 from .tolerances import TOUCHING
+from .visible_integral import visible_integral
 
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
 

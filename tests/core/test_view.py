@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rooms import cube_planes, ellipsoid
 
-from pdm_core import Plane, Sphere, regions, view
+from pdm_core import Plane, Sphere, region_crossings, view, visible_integral
 from pdm_core.closed_forms import polygon_unoccluded, sphere_unoccluded
 from pdm_core.shape_table import ShapeTable
 from pdm_core.view import visible_factors
@@ -172,7 +172,7 @@ def test_a_factor_does_not_depend_on_what_is_found_with_it(monkeypatch):
         together = rows(shapes, points, normals)
         monkeypatch.setattr(view, "CACHED", 4)
         monkeypatch.setattr(view, "AT_ONCE", 5)
-        monkeypatch.setattr(regions, "CACHED", 3)
+        monkeypatch.setattr(visible_integral, "CACHED", 3)
         assert np.abs(rows(shapes, points, normals) - together).max() < 1e-13
         monkeypatch.undo()
         alone = [rows(shapes, points[k : k + 1], normals[k : k + 1])[:, 0] for k in range(10)]
@@ -187,7 +187,7 @@ def test_gaps_are_what_no_interval_covers():
     start = rng.uniform(-0.2, 1.0, len(row))
     end = start + rng.choice([0.0, 0.05, 0.3], len(row))
     end[::9] = 1.0  # long ones, and ends that coincide
-    found = regions._gaps(low, low + width, row, start, end)
+    found = region_crossings.gaps(low, low + width, row, start, end)
     place = rng.uniform(-0.2, 1, (200, 500))
 
     def covered(number, a, b):
