@@ -3,6 +3,7 @@
 import numpy as np
 
 from .checked import SceneError, index, vectors
+from .foretell import USUAL, seconds_to
 from .scene import Scene
 from .shapes.shape import unit
 from .signs_of_life import finish
@@ -13,6 +14,8 @@ LEAST, AMONG = 64, 4  # points spread over a surface, and for each one taken, am
 class ReadOff:
     """Of a solution with `scene`, `surface_errors`, `surface_norms`, `incident_steps`, `estimated_error_steps`,
     `kept_steps`, and `held_steps`: the irradiance as its cells hold it, at once and roughly, without gathering."""
+
+    usual_power = USUAL
 
     def incident(self, surface_index, points, normals=None, inward=None):
         """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side.
@@ -40,6 +43,10 @@ class ReadOff:
     def kept(self, surface, points, normals=None, inward=None):
         """Kept of points (n, 3) m of surfaces (n,): their light under any other, as long as no shape changes."""
         return finish(self.kept_steps(surface, vectors(points, "points"), normals, inward))
+
+    def seconds_to(self, target):
+        """Seconds that a solution to the target may take, from how this one converged; None where nothing is known."""
+        return seconds_to(self.history, target, self.usual_power)
 
     def error_over(self, surfaces):
         """Estimated relative L2 error of L - Le over these surfaces (indices) alone."""

@@ -8,7 +8,6 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...pdm_core.foretell import seconds_to
 from ..reading.read_scene import some
 from ..words import many, say
 from .left_out import left_out, other
@@ -66,7 +65,7 @@ def bake_report(context, settings, reading, solution, between, items, points, se
         "between_vertices": between.error,
         "error_parts": dict(solution.error_parts),
         "history": [list(entry) for entry in solution.history],
-        "foretold": {f"{target:g}": seconds_to(solution.history, target) for target in FORETOLD},
+        "foretold": {f"{target:g}": solution.seconds_to(target) for target in FORETOLD},
         "seconds": {**seconds, "total": sum(seconds.values())},
         "plan": list(solution.plan.lines),
         "counts": dict(solution.counts),

@@ -3,7 +3,6 @@ are put back."""
 
 import numpy as np
 
-from ...pdm_core.foretell import seconds_to
 from ...pdm_core.signs_of_life import mapped, unfolded
 from .colour_attribute import Colours, write_colours
 from .field_at import Field
@@ -24,7 +23,7 @@ class SoFar:
         self.settings, self.show = settings, show
         # the others get their meshes at the end
         self.targets = [(t, p) for t, p in targets if not (t.is_applied or t.is_single_user)]
-        self.best, self.history, self.due, self.undo = None, [], 0.0, None
+        self.best, self.due, self.undo = None, 0.0, None
 
     def steps(self, solving):
         """The Progress of a solver at each step, and at those between them that read its best so far."""
@@ -37,8 +36,7 @@ class SoFar:
             yield from self._show(now)
 
     def _show(self, now):
-        self.history.append((now.seconds, now.best.error))
-        left = (seconds_to(self.history, self.settings.target_error) or 0.0) - now.seconds
+        left = (self.best.seconds_to(self.settings.target_error) or 0.0) - now.seconds
         if limit := self.settings.time_limit:
             left = min(left, limit - now.seconds)
         worth = max(LEAST[0], LEAST[1] * sum(p.size for _, p in self.targets))

@@ -11,7 +11,6 @@ import numpy as np
 from ...pdm_core import SceneError, solve_steps
 from ...pdm_core.choice import choose
 from ...pdm_core.compare import difference, points_over
-from ...pdm_core.foretell import seconds_to
 from ...pdm_core.left_out import left_out, seconds_steps
 from ...pdm_core.patch_radiosity import MOST_PATCHES, beyond, patch_radiosity_steps
 from ...pdm_core.read_off import materials_at, runs_of
@@ -128,9 +127,9 @@ def _places(reading, targets):
 def _ladder(scene, places, keep, stop):
     """Ever tighter solutions, kept with their values as runs; returns [(Solution, values)] of the last; yields."""
     share = OWN_SHARE if keep.published or keep.settings.cycles else 1.0
-    last, history = [], []
+    last = []
     for target in [t for t in LADDER if t > NEARLY * keep.settings.tightest] + [keep.settings.tightest]:
-        needed = seconds_to(history, target)
+        needed = last[0][0].seconds_to(target) if last else None
         if stop() or (needed is not None and needed > LAST_SHARE * keep.left(share)):
             why = "stopped" if stop() else "the time limit"
             keep.said.append(f"targets from {100 * target:g} % on are left out: {why}")
@@ -154,7 +153,7 @@ def _ladder(scene, places, keep, stop):
             "cpu_seconds": cpu, "peak_megabytes": peak_megabytes(), "nodes": solution.nodes,
             **_work(solution.counts), "history": solution.history, "values": evaluated,
         })  # fmt: skip
-        last, history = [(solution, evaluated)], solution.history
+        last = [(solution, evaluated)]
     return last
 
 
@@ -270,7 +269,7 @@ def result_steps(context, reading, places, keep, reference, plan):
         "plan": list(plan.lines), "said": keep.said, "warnings": reading.warnings + solution.warnings,
         "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
         "vertices": len(places.names), "floor": solution.error, "runs": runs,
-        "foretold": {f"{t:g}": seconds_to(solution.history, t) for t in (0.01, 0.005, 0.0025)},
+        "foretold": {f"{t:g}": solution.seconds_to(t) for t in (0.01, 0.005, 0.0025)},
         "objects": [
             {"name": o.name, "label": o.label, "error": solution.error_over(o.surfaces)} for o in reading.objects
         ],

@@ -9,6 +9,7 @@ import numpy as np
 from ..at_once import AT_ONCE, slices
 from ..checked import SceneError
 from ..deadline import above_target, is_over
+from ..foretell import BY_RAYS
 from ..plan import plan_by_rays
 from ..read_off import ReadOff, oriented
 from ..signs_of_life import finish, in_thread, mapped
@@ -27,6 +28,8 @@ NAMED = 3  # lights in a warning
 
 class RaySolution(ReadOff):
     """Radiance everywhere on the scene's surfaces, as pdm_core.Solution; by rays."""
+
+    usual_power = BY_RAYS
 
     def __init__(self, check, plan, history=()):
         state = copy.copy(check.state)  # arrays are replaced as it grows on, never written into

@@ -1,9 +1,10 @@
-"""Are seconds foretold? Random rooms solved to 1 %, then to .5 and .25 %: foretold against needed seconds.
+"""Are seconds foretold? Random rooms solved to a first target, then to tighter ones: foretold against needed seconds.
 
-    python tests/benchmarks/foretold.py [OUTPUT.json [ROOMS]]
+    python tests/benchmarks/foretold.py [OUTPUT.json [ROOMS [WAY]]]
 
-What is foretold comes from the history of the solution at 1 % alone, see pdm_core/foretell.py. Compared are CPU seconds
-on one thread (OPENBLAS_NUM_THREADS=1): what else runs on the machine meanwhile is not what is foretold.
+WAY `links` (the default): rooms of few shapes at 1 %, then .5 and .25 %; `rays`: scenes of 20 to 100 shapes at 4 %,
+then 2 and 1 %. What is foretold comes from the history of the first solution alone, see pdm_core/foretell.py. Compared
+are CPU seconds on one thread (OPENBLAS_NUM_THREADS=1): what else runs on the machine meanwhile is not what is foretold.
 """
 
 import sys
@@ -11,38 +12,40 @@ import time
 
 import numpy as np
 from output import machine, save
+from random_scenes import random_scene
 from truth import random_room
 
 from pdm_core import solve
-from pdm_core.foretell import seconds_to
+from pdm_core.rays.solution import ray_steps
+from pdm_core.signs_of_life import finish
 
-FIRST, TARGETS = 0.01, (0.005, 0.0025)
+TARGETS = {"links": (0.01, 0.005, 0.0025), "rays": (0.04, 0.02, 0.01)}
 FACTOR = 2.0
 
 
-def run(seed):
-    scene = random_room(seed)
-    first, share = solved(scene, FIRST)
+def run(seed, way):
+    scene = random_room(seed) if way == "links" else random_scene(seed)[0]
+    first, share = solved(scene, TARGETS[way][0], way)
     row = {"seed": seed, "history": first.history, "targets": []}
-    for target in TARGETS:
+    for target in TARGETS[way][1:]:
         start = time.process_time()
-        solution, _ = solved(scene, target)
-        entry = {"target": target, "foretold": share * seconds_to(first.history, target)}
+        solution, _ = solved(scene, target, way)
+        entry = {"target": target, "foretold": share * first.seconds_to(target)}
         row["targets"].append({**entry, "needed": time.process_time() - start, "stated": float(solution.error)})
     return row
 
 
-def solved(scene, target):
+def solved(scene, target, way):
     """The Solution, and the CPU seconds of each second that it took."""
     wall, cpu = time.perf_counter(), time.process_time()
-    solution = solve(scene, target)
+    solution = solve(scene, target) if way == "links" else finish(ray_steps(scene, target, None, "asked for"))
     return solution, (time.process_time() - cpu) / (time.perf_counter() - wall)
 
 
-def main(output="build/bench/foretold.json", rooms="100"):
+def main(output="build/bench/foretold.json", rooms="100", way="links"):
     rows = []
     for seed in range(int(rooms)):
-        rows.append(run(seed))
+        rows.append(run(seed, way))
         save(output, {"about": machine(), "summary": summary(rows), "rows": rows})
         told = "  ".join(
             f"{t['target']:.2%}: {t['foretold']:5.1f} s foretold, {t['needed']:5.1f} needed"
@@ -55,7 +58,7 @@ def main(output="build/bench/foretold.json", rooms="100"):
 def summary(rows):
     """Of foretold over needed seconds, for each target: {target: {...}}."""
     told = {}
-    for k, target in enumerate(TARGETS):
+    for k, target in enumerate(row["target"] for row in rows[0]["targets"]):
         ratio = np.array([row["targets"][k]["foretold"] / row["targets"][k]["needed"] for row in rows])
         told[str(target)] = {
             "rooms": len(rows),

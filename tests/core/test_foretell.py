@@ -15,6 +15,7 @@ def test_a_power_goes_on(power):
     history = [(e**-power, e) for e in (0.16, 0.04, 0.01)]
     told = seconds_to(history, 0.0025)
     assert 0.6 < told / (MORE * 0.0025**-power) < 1.7
+    assert seconds_to(history, 0.0025, usual=1.5) > told
     assert seconds_to(history, 0.04) == pytest.approx(0.04**-power)  # it was reached then
 
 
