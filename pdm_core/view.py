@@ -57,13 +57,14 @@ def _order_balls(table, x, occluder, source):
     do, ds = table.origin[:, occluder] - x, table.origin[:, source] - x
     # the radical plane separates disjoint round balls: the one of less power is before the other
     first = dot(do, do) - ro * ro < dot(ds, ds) - rs * rs
-    within = distance + rs <= ro * (1 + TOUCHING)
-    cross = (distance < (ro + rs) * (1 - TOUCHING)) & ~within & (distance + ro > rs * (1 + TOUCHING))
+    within, around = distance + rs <= ro * (1 + TOUCHING), distance + ro <= rs * (1 + TOUCHING)
+    cross = (distance < (ro + rs) * (1 - TOUCHING)) & ~within & ~around
     odd = (ro == 0) | (rs == 0)
     if odd.any():
         pick = np.nonzero(odd)[0]
         first[pick], cross[pick], within[pick] = _order_ellipsoids(table, x[:, pick], occluder[pick], source[pick])
-    return first, cross, within
+    # of balls within each other the radical plane tells nothing, as points beyond it see both of them
+    return within | (first & ~around), cross, within
 
 
 def _order_ellipsoids(table, x, occluder, source):
@@ -155,9 +156,11 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
     """Of entries whose occluder is a ball: active, crossing the source, all around the point but not the source."""
     entries, r = len(pair), table.bound[occluder]
     d = table.origin.take(occluder, axis=1) - x.take(pair, axis=1)
-    inside, k = np.zeros(entries, bool), np.nonzero(dot(d, d) < r * r)[0]  # the bounding sphere, then the ball
+    # the bounding sphere, then the ball
+    inside, k = np.zeros(entries, bool), np.nonzero(dot(d, d) < (r * (1 + TOUCHING)) ** 2)[0]
     c = transform(table.inverse.take(occluder[k], axis=2), d[:, k])
     inside[k] = np.sqrt(dot(c, c)) < 1 - TOUCHING
+    inside[k] |= _looks_into(table.inverse.take(occluder[k], axis=2), c, n.take(pair[k], axis=1))
     first, (cross, within) = np.ones(entries, bool), np.zeros((2, entries), bool)
     if corners is not None:
         # what does not reach the source's plane is before it
@@ -174,6 +177,14 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
         first, cross, within = _order_balls(table, x.take(pair, axis=1), occluder, source[pair])
     cross &= ~(within & inside)
     return first & ~cross & ~inside, cross, inside & ~within & ~cross
+
+
+def _looks_into(inverse, c, n):
+    """Whether points lie on balls and look into them: c (3, m) the centre from there, where the balls are round by
+    inverse (3, 3, m), n (3, m) unit normals -> (m,)"""
+    inward = transform(np.moveaxis(inverse, 0, 1), c)
+    straight = dot(inward, n) >= (1 - TOUCHING) * np.sqrt(dot(inward, inward))
+    return (np.abs(np.sqrt(dot(c, c)) - 1) < TOUCHING) & straight
 
 
 def _sift_polygons(table, x, n, source, corners, pair, occluder, sky):
