@@ -1,13 +1,16 @@
-"""Visibility by samples, where shapes cross each other: segments against shapes, and points of what is left of them."""
+"""Visibility by samples, where shapes cross each other: what rays meet first, and segments against shapes."""
 
 import numpy as np
 
-from .closed_forms import cross, divide, dot, transform
-from .numerics import gauss_legendre
-from .regions import sky_source
+from .at_once import AT_ONCE
+from .closed_forms import across, cross, divide, dot, transform
+from .shapes.shape import square_lattice
 from .tolerances import TINY, TOUCHING
 
-SAMPLES = 24  # Gauss points a direction of the sampled fallback
+RAYS = 2048  # of a point
+NOISE = 0.01  # what they may be off by, of the root of a factor
+SMALL, SAMPLES = 0.1, 1024  # factor of a source below which so many points spread over it tell more
+CHUNK = 64  # of their pairs at once
 
 
 def segment_blocked(table, x, d, shape):
@@ -49,111 +52,142 @@ def _meets_flat(p, d, slack, half):
 
 
 def sampled_factors(table, x, n, source, corners, sky, occluders, free):
-    """The fallback: the exact unoccluded factors free (m,) times the share that a Gauss rule with segment tests sees.
-
-    The share is at most 1 however peaked the kernel is (near contact), so that a row cannot gain light.
+    """What points x (3, m) receive from sources where shapes cross: the share of rays that meet the source first, and
+    of small sources, which few rays meet, the exact unoccluded factor free (m,) times the share that points spread over
+    them see, within what the rays may be off by. Rays tell all sources of a point alike: together they sum to 1.
     """
-    nodes, weights = gauss_legendre(SAMPLES)
-    s, t = (a.reshape(-1, 1) for a in np.meshgrid(nodes, nodes, indexing="ij"))
-    weight = np.outer(weights, weights).reshape(-1, 1)
-    m = x.shape[1]
-    around = np.full(m, -1)
-    if corners is not None:
-        around = _ball_around(table, x, occluders)
-        d, area = _flat_samples(table, x, corners, around, s, t, weight)
-    elif sky:
-        frame = sky_source(n)
-        e, f = frame.p[:, 0], cross(n, frame.p[:, 0])
-        radius, angle = np.sqrt(s), 2 * np.pi * t
-        d = radius * np.cos(angle) * e[:, None] + radius * np.sin(angle) * f[:, None] + np.sqrt(1 - s) * n[:, None]
-        area = np.pi * weight
-    else:
-        d, area = _cap_samples(table, x, source, s, 2 * np.pi * t, weight)
-    dd = dot(d, d)
-    cosine = np.maximum(dot(n[:, None], d), 0.0)
-    kernel = np.broadcast_to(area, dd.shape).copy() if sky else cosine * divide(area, dd**2)
-    if sky:
-        d = d * _dome_distance(table, x, d, source)
+    out = table.met(table, x, n, 2 * source + (sky and source[0] >= 0))
+    small = np.flatnonzero(free < SMALL)
+    for k in np.split(small, range(CHUNK, len(small), CHUNK)):
+        noise = NOISE * np.sqrt(free[k])
+        its = None if corners is None else corners[..., k]
+        seen = free[k] * _share_seen(table, x[:, k], n[:, k], source[k], its, occluders[k])
+        out[k] = np.clip(seen, out[k] - noise, out[k] + noise)
+    return out
+
+
+class Met:
+    """What rays from points meet first, kept for those asked for last: a point's sources come one after another."""
+
+    def __init__(self):
+        self.keys, self.parts = np.zeros(0, np.uint64), None
+
+    def __call__(self, table, x, n, what):
+        """Of rays from points x (3, m) with unit normals n (3, m), as many to each direction as an even sky sends from
+        there, the part (m,) that meets what (m,) first: 2 k are flat shapes and balls' outer sides, 2 k + 1 inner
+        sides, -2 is nothing."""
+        key, first, at = np.unique(_keys(np.concatenate([x, n])), return_index=True, return_inverse=True)
+        place = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
+        old = self.keys[place] == key if len(self.keys) else np.zeros(len(key), bool)
+        parts = np.empty((len(key), 2 * len(table.bound) + 2))
+        if old.any():
+            parts[old] = self.parts[place[old]]
+        parts[~old] = _met_first(table, x[:, first[~old]], n[:, first[~old]])
+        self.keys, self.parts = key, parts
+        return parts[at.reshape(-1), what]
+
+
+def _keys(numbers):
+    """Of columns (k, m) of numbers (m,) that tell them apart: SplitMix64, one number after another."""
+    key = np.zeros(numbers.shape[1], np.uint64)
+    for bits in numbers.view(np.uint64):
+        key = (key ^ bits) * np.uint64(0xBF58476D1CE4E5B9)
+        key ^= key >> np.uint64(31)
+    return key
+
+
+def _met_first(table, x, n):
+    """The parts (m, 2 shapes + 2) of all that may be met; see Met."""
+    step, width = max(AT_ONCE // 4 // RAYS, 1), 2 * len(table.bound) + 2
+    parts = [np.zeros((0, width))]
+    for start in range(0, x.shape[1], step):
+        what = _first_of_all(table, x[:, start : start + step], n[:, start : start + step])
+        what += width * np.arange(len(what))[:, None]
+        parts.append(np.bincount(what.ravel(), minlength=width * len(what)).reshape(-1, width) / RAYS)
+    return np.concatenate(parts)
+
+
+def _first_of_all(table, x, n):
+    """What rays from points x (3, m) with unit normals n (3, m) meet first (m, RAYS), as Met numbers it."""
+    e = across(n)
+    frame = np.stack([e, cross(n, e), n], axis=1)
+    nearest, what = np.full((x.shape[1], RAYS), np.inf), np.full((x.shape[1], RAYS), 2 * len(table.bound))
+    for k, is_ball in enumerate(table.is_ball):
+        p = table.inverse[..., k] @ (x - table.origin[:, k, None])
+        steps = np.einsum("ij,jkm->mik", table.inverse[..., k], frame)
+        t, side = _ball_ahead(p, steps) if is_ball else _flat_ahead(p, steps, table.slack[k], table.half[k])
+        nearer = t < nearest
+        np.copyto(nearest, t, where=nearer)
+        np.copyto(what, 2 * k + side, where=nearer)
+    return what
+
+
+def _ball_ahead(p, steps):
+    """How far (m, RAYS) along rays from p (3, m), steps (m, 3, 3) of the frame that _LATTICE tells directions in, the
+    unit sphere is met first, and whether from within; beyond all if not."""
+    form = np.einsum("mki,mkj->mij", steps, steps)
+    a, b = form.reshape(-1, 9) @ _SQUARES, np.einsum("km,mki->mi", p, steps) @ _LATTICE
+    reach = b * b - a * (dot(p, p) - 1)[:, None]
+    root, least = np.sqrt(np.maximum(reach, 0.0)), TOUCHING * np.sqrt(a)
+    b += root
+    inner = -b < least
+    t = np.where(inner, 2 * root - b, -b)
+    return np.where((reach > 0) & (t > least), t / a, np.inf), inner
+
+
+def _flat_ahead(p, steps, slack, half):
+    """As _ball_ahead of the unit square about the origin, or half of it, for points off it by slack."""
+    t = divide(-p[2][:, None], steps[:, 2] @ _LATTICE)
+    a, b = (p[k][:, None] + t * (steps[:, k] @ _LATTICE) for k in (0, 1))
+    beside = np.maximum(np.abs(a), np.abs(b))
+    if half:
+        beside = np.maximum(beside, a + b + 0.5)
+    return np.where((t > 0) & (np.abs(p[2]) > slack)[:, None] & (beside <= 0.5), t, np.inf), 0
+
+
+def _lattice():
+    """Directions (3, RAYS) over the third axis, as many in each as an even glow sends from there."""
+    k = np.arange(RAYS) + 0.5
+    ring, turn = np.sqrt(k / RAYS), np.pi * (1 + np.sqrt(5)) * k
+    return np.stack([ring * np.cos(turn), ring * np.sin(turn), np.sqrt(1 - k / RAYS)])
+
+
+_LATTICE = _lattice()
+_SQUARES = (_LATTICE[:, None] * _LATTICE).reshape(9, -1)
+
+
+def _share_seen(table, x, n, source, corners, occluders):
+    """Share (m,) of sources that segments to points spread over them see past occluders (m, k); kernel-weighted."""
+    s, t = square_lattice(SAMPLES).T[..., None]
+    d, area = _cap_samples(table, x, source, s, 2 * np.pi * t) if corners is None else _flat_samples(corners, s, t)
+    kernel = np.maximum(dot(n[:, None], d), 0.0) * divide(area, dot(d, d) ** 2)
     whole = kernel.sum(axis=0)
     for index in occluders.T:
         valid = (index >= 0) & (index != source)
         if valid.any():
             blocked = segment_blocked(table, np.broadcast_to(x[:, None], d.shape), d, _real(index))
             kernel[blocked & valid] = 0.0
-    seen = kernel.sum(axis=0)
-    return np.where(around < 0, free * divide(seen, whole), np.minimum(seen / np.pi, free))
+    return divide(kernel.sum(axis=0), whole)
 
 
-def _ball_around(table, x, occluders):
-    """(m,) A ball among occluders (m, k) that points x (3, m) are within, -1 for none."""
-    around = np.full(x.shape[1], -1)
-    for index in occluders.T:
-        k = np.flatnonzero((index >= 0) & table.is_ball[index] & (around < 0))
-        local = transform(table.inverse.take(index[k], axis=2), x[:, k] - table.origin.take(index[k], axis=1))
-        k = k[dot(local, local) < (1 - TOUCHING) ** 2]
-        around[k] = index[k]
-    return around
-
-
-def _flat_samples(table, x, corners, around, s, t, weight):
-    """Offsets (3, j, m) to samples of parallelograms and area element times cosine times |d| there; of those points x
-    that are within a ball, around (m,) not -1, only over what its section with the plane leaves of the parallelogram.
-    """
+def _flat_samples(corners, s, t):
+    """Offsets (3, j, m) to samples of parallelograms and area element times cosine times |d| there."""
     o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
-    half = (corners[:, 2] == corners[:, 3]).all(axis=0)
-    s, t, weight = (np.broadcast_to(a, (len(weight), o.shape[1])).copy() for a in (s, t, weight))
-    k = np.flatnonzero(around >= 0)
-    if len(k):
-        inverse = table.inverse.take(around[k], axis=2)
-        steps = [transform(inverse, a[:, k]) for a in (u, v)]
-        c = transform(inverse, o[:, k] + x[:, k] - table.origin.take(around[k], axis=1))
-        s[:, k], t[:, k], part = _over_section(c, *steps, s[:, k], t[:, k])
-        weight[:, k] *= part
     # of triangles, rows of samples shrink towards the corner that is there twice
-    weight = np.where(half & (around < 0), (1 - t) * weight, np.where(half & (s + t > 1), 0.0, weight))
-    s = np.where(half & (around < 0), s * (1 - t), s)
-    d = o[:, None] + s * u[:, None] + t * v[:, None]
-    return d, np.abs(dot(cross(u, v)[:, None], d)) * weight
+    shrink = np.where((corners[:, 2] == corners[:, 3]).all(axis=0), 1 - t, 1.0)
+    d = o[:, None] + s * shrink * u[:, None] + t * v[:, None]
+    return d, np.abs(dot(cross(u, v)[:, None], d)) * shrink
 
 
-def _over_section(c, u, v, s, t):
-    """Samples s, t (j, m) of the unit square -> those over its part in the disc where the plane c + s u + t v meets the
-    unit ball, and the density (j, m) that they have there; smooth up to the disc's rim."""
-    uu, uv, vv, cu, cv = dot(u, u), dot(u, v), dot(v, v), dot(c, u), dot(c, v)
-    det = uu * vv - uv * uv
-    middle = divide(uv * cv - vv * cu, det)
-    foot = c + middle * u + divide(uv * cu - uu * cv, det) * v
-    reach = np.sqrt(np.maximum(1 - dot(foot, foot), 0.0) * divide(vv, det))
-    low, high = (np.arcsin(np.clip(divide(end - middle, reach), -1.0, 1.0)) for end in (0.0, 1.0))
-    angle = low + (high - low) * s
-    s, density = middle + reach * np.sin(angle), (high - low) * reach * np.cos(angle)
-    half = cv + s * uv
-    root = np.sqrt(np.maximum(half * half - vv * (dot(c, c) + s * (2 * cu + s * uu) - 1), 0.0))
-    low, high = (np.clip((k * root - half) / vv, 0.0, 1.0) for k in (-1, 1))
-    return s, low + (high - low) * t, density * (high - low)
-
-
-def _dome_distance(table, x, d, source):
-    """Where directions d (3, j, m) from inside meet sphere `source`; far away without one."""
-    if source[0] < 0:
-        return 4 * (table.bound.max() + np.abs(table.origin).max() + np.abs(x).max())
-    inverse = table.inverse[:, :, source]
-    p, e = transform(inverse, (x - table.origin[:, source])[:, None]), transform(inverse, d)
-    a, b, c = dot(e, e), dot(p, e), dot(p, p) - 1
-    return (-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a
-
-
-def _cap_samples(table, x, source, s, angle, weight):
+def _cap_samples(table, x, source, s, angle):
     """Offsets (3, j, m) to samples of the visible cap of balls and area element times cosine times |d| there."""
     ball = table.balls(x, source)
     z = ball.sin + (1 - ball.sin) * s  # cosine from the axis towards the point, in the ball's own space
     radius = np.sqrt(np.maximum(1 - z * z, 0.0))
     normal = -z * ball.axis[:, None] + radius * (np.cos(angle) * ball.u[:, None] + np.sin(angle) * ball.v[:, None])
-    linear = table.linear[:, :, source]
-    d = transform(linear, ball.c[:, None] + normal)
-    determinant = np.linalg.det(np.moveaxis(linear, -1, 0))
-    area = determinant * transform(np.moveaxis(table.inverse[:, :, source], 0, 1), normal)
-    return d, np.maximum(-dot(area, d), 0.0) * weight * 2 * np.pi * (1 - ball.sin)
+    d = transform(table.linear[:, :, source], ball.c[:, None] + normal)
+    area = transform(np.moveaxis(table.inverse[:, :, source], 0, 1), normal)  # but for a factor of each ball
+    return d, np.maximum(-dot(area, d), 0.0)
 
 
 def _real(index):

@@ -16,6 +16,7 @@ from .tolerances import TOUCHING
 from .visible_integral import visible_integral
 
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
+ON_BALL = 16.0  # tolerances that points on a ball may lie off it
 
 
 def _closest_on_polygon(corners):
@@ -160,7 +161,7 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
     inside, k = np.zeros(entries, bool), np.nonzero(dot(d, d) < (r * (1 + TOUCHING)) ** 2)[0]
     c = transform(table.inverse.take(occluder[k], axis=2), d[:, k])
     inside[k] = np.sqrt(dot(c, c)) < 1 - TOUCHING
-    inside[k] |= _looks_into(table.inverse.take(occluder[k], axis=2), c, n.take(pair[k], axis=1))
+    inside[k] |= _looks_into(table, occluder[k], c, n.take(pair[k], axis=1))
     first, (cross, within) = np.ones(entries, bool), np.zeros((2, entries), bool)
     if corners is not None:
         # what does not reach the source's plane is before it
@@ -179,12 +180,13 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
     return first & ~cross & ~inside, cross, inside & ~within & ~cross
 
 
-def _looks_into(inverse, c, n):
-    """Whether points lie on balls and look into them: c (3, m) the centre from there, where the balls are round by
-    inverse (3, 3, m), n (3, m) unit normals -> (m,)"""
-    inward = transform(np.moveaxis(inverse, 0, 1), c)
+def _looks_into(table, ball, c, n):
+    """Whether points that lie on balls (m,) look straight into them: c (3, m) the centre from there, where the balls
+    are round, n (3, m) unit normals -> (m,)"""
+    inward = transform(np.moveaxis(table.inverse.take(ball, axis=2), 0, 1), c)
     straight = dot(inward, n) >= (1 - TOUCHING) * np.sqrt(dot(inward, inward))
-    return (np.abs(np.sqrt(dot(c, c)) - 1) < TOUCHING) & straight
+    depth = 1 - np.sqrt(dot(c, c))
+    return (depth > -ON_BALL * table.slack[ball]) & (depth < TOUCHING) & straight
 
 
 def _sift_polygons(table, x, n, source, corners, pair, occluder, sky):
@@ -396,7 +398,7 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
     out = np.maximum(out, 0.0)
     index = np.nonzero(sampled)[0]
     counts["sampled"] += len(index)
-    for group in parts(index, 64):
-        these = pick(group)
-        out[group] = sampled_factors(table, *these, occluders[group], _unoccluded(table, *these))
+    if len(index):
+        these = pick(index)
+        out[index] = sampled_factors(table, *these, occluders[index], _unoccluded(table, *these))
     return out
