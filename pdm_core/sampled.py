@@ -115,24 +115,26 @@ def _first_of_all(table, x, n):
     for k, is_ball in enumerate(table.is_ball):
         p = table.inverse[..., k] @ (x - table.origin[:, k, None])
         steps = np.einsum("ij,jkm->mik", table.inverse[..., k], frame)
-        t, side = _ball_ahead(p, steps) if is_ball else _flat_ahead(p, steps, table.slack[k], table.half[k])
+        if is_ball:
+            within = table.within(x, n, np.full(len(what), k))
+            t, number = _ball_ahead(p, steps, within), 2 * k + within[:, None]
+        else:
+            t, number = _flat_ahead(p, steps, table.slack[k], table.half[k]), 2 * k
         nearer = t < nearest
         np.copyto(nearest, t, where=nearer)
-        np.copyto(what, 2 * k + side, where=nearer)
+        np.copyto(what, number, where=nearer)
     return what
 
 
-def _ball_ahead(p, steps):
+def _ball_ahead(p, steps, within):
     """How far (m, RAYS) along rays from p (3, m), steps (m, 3, 3) of the frame that _LATTICE tells directions in, the
-    unit sphere is met first, and whether from within; beyond all if not."""
+    unit sphere is met, from within (m,) or from outside; beyond all if not."""
     form = np.einsum("mki,mkj->mij", steps, steps)
     a, b = form.reshape(-1, 9) @ _SQUARES, np.einsum("km,mki->mi", p, steps) @ _LATTICE
     reach = b * b - a * (dot(p, p) - 1)[:, None]
-    root, least = np.sqrt(np.maximum(reach, 0.0)), TOUCHING * np.sqrt(a)
-    b += root
-    inner = -b < least
-    t = np.where(inner, 2 * root - b, -b)
-    return np.where((reach > 0) & (t > least), t / a, np.inf), inner
+    root = np.sqrt(np.maximum(reach, 0.0))
+    t = (np.where(within[:, None], root, -root) - b) / a
+    return np.where(within[:, None] | ((reach > 0) & (b < -TOUCHING * np.sqrt(a))), np.maximum(t, 0.0), np.inf)
 
 
 def _flat_ahead(p, steps, slack, half):
@@ -142,7 +144,7 @@ def _flat_ahead(p, steps, slack, half):
     beside = np.maximum(np.abs(a), np.abs(b))
     if half:
         beside = np.maximum(beside, a + b + 0.5)
-    return np.where((t > 0) & (np.abs(p[2]) > slack)[:, None] & (beside <= 0.5), t, np.inf), 0
+    return np.where((t > 0) & (np.abs(p[2]) > slack)[:, None] & (beside <= 0.5), t, np.inf)
 
 
 def _lattice():

@@ -2,10 +2,13 @@
 
 import numpy as np
 
-from .closed_forms import transform
+from .closed_forms import dot, transform
 from .regions import Balls
 from .sampled import Met
 from .shapes.shape import tolerance_of
+from .tolerances import TOUCHING
+
+ON_BALL = 16.0  # tolerances that points on a ball may lie off it
 
 
 class ShapeTable:
@@ -48,6 +51,15 @@ class ShapeTable:
             return Balls(offset / radius, radius > 0)
         inverse = self.inverse.take(index, axis=2)
         return Balls(transform(inverse, offset), radius > 0, self.linear.take(index, axis=2), inverse)
+
+    def within(self, x, n, ball):
+        """(m,) Whether points x (3, m) with normals n (3, m) lie within balls (m,), or on them and look straight in."""
+        inverse = self.inverse.take(ball, axis=2)
+        local = transform(inverse, x - self.origin.take(ball, axis=1))
+        inward = -transform(np.moveaxis(inverse, 0, 1), local)
+        straight = dot(inward, n) >= (1 - TOUCHING) * np.sqrt(dot(inward, inward))
+        depth = 1 - np.sqrt(dot(local, local))
+        return depth > np.where(straight, -ON_BALL, 1.0) * self.slack[ball]
 
     def polygon(self, x, index):
         """Corners (3, 4, m) of the shapes index (m,) relative to points x (3, m)."""

@@ -16,7 +16,6 @@ from .tolerances import TOUCHING
 from .visible_integral import visible_integral
 
 ASCENT = 300  # steps towards a separating direction of two ellipsoids
-ON_BALL = 16.0  # tolerances that points on a ball may lie off it
 
 
 def _closest_on_polygon(corners):
@@ -157,11 +156,11 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
     """Of entries whose occluder is a ball: active, crossing the source, all around the point but not the source."""
     entries, r = len(pair), table.bound[occluder]
     d = table.origin.take(occluder, axis=1) - x.take(pair, axis=1)
-    # the bounding sphere, then the ball
-    inside, k = np.zeros(entries, bool), np.nonzero(dot(d, d) < (r * (1 + TOUCHING)) ** 2)[0]
-    c = transform(table.inverse.take(occluder[k], axis=2), d[:, k])
-    inside[k] = np.sqrt(dot(c, c)) < 1 - TOUCHING
-    inside[k] |= _looks_into(table, occluder[k], c, n.take(pair[k], axis=1))
+    inside, k = (
+        np.zeros(entries, bool),
+        np.nonzero(dot(d, d) < (r * (1 + TOUCHING)) ** 2)[0],
+    )  # the bounding sphere, then the ball
+    inside[k] = table.within(x.take(pair[k], axis=1), n.take(pair[k], axis=1), occluder[k])
     first, (cross, within) = np.ones(entries, bool), np.zeros((2, entries), bool)
     if corners is not None:
         # what does not reach the source's plane is before it
@@ -178,15 +177,6 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
         first, cross, within = _order_balls(table, x.take(pair, axis=1), occluder, source[pair])
     cross &= ~(within & inside)
     return first & ~cross & ~inside, cross, inside & ~within & ~cross
-
-
-def _looks_into(table, ball, c, n):
-    """Whether points that lie on balls (m,) look straight into them: c (3, m) the centre from there, where the balls
-    are round, n (3, m) unit normals -> (m,)"""
-    inward = transform(np.moveaxis(table.inverse.take(ball, axis=2), 0, 1), c)
-    straight = dot(inward, n) >= (1 - TOUCHING) * np.sqrt(dot(inward, inward))
-    depth = 1 - np.sqrt(dot(c, c))
-    return (depth > -ON_BALL * table.slack[ball]) & (depth < TOUCHING) & straight
 
 
 def _sift_polygons(table, x, n, source, corners, pair, occluder, sky):
