@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .at_once import AT_ONCE
+from .at_once import AT_ONCE, parts, slices
 from .closed_forms import across, cross, divide, dot, transform
 from .shapes.shape import square_lattice
 from .tolerances import TINY, TOUCHING
@@ -58,7 +58,7 @@ def sampled_factors(table, x, n, source, corners, sky, occluders, free):
     """
     out = table.met(table, x, n, 2 * source + (sky and source[0] >= 0))
     small = np.flatnonzero(free < SMALL)
-    for k in np.split(small, range(CHUNK, len(small), CHUNK)):
+    for k in parts(small, CHUNK):
         noise = NOISE * np.sqrt(free[k])
         its = None if corners is None else corners[..., k]
         seen = free[k] * _share_seen(table, x[:, k], n[:, k], source[k], its, occluders[k])
@@ -70,7 +70,7 @@ class Met:
     """What rays from points meet first, kept for those asked for last: a point's sources come one after another."""
 
     def __init__(self):
-        self.keys, self.parts = np.zeros(0, np.uint64), None
+        self.keys, self.shares = np.zeros(0, np.uint64), None
 
     def __call__(self, table, x, n, what):
         """Of rays from points x (3, m) with unit normals n (3, m), as many to each direction as an even sky sends from
@@ -79,12 +79,12 @@ class Met:
         key, first, at = np.unique(_keys(np.concatenate([x, n])), return_index=True, return_inverse=True)
         place = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
         old = self.keys[place] == key if len(self.keys) else np.zeros(len(key), bool)
-        parts = np.empty((len(key), 2 * len(table.bound) + 2))
+        shares = np.empty((len(key), 2 * len(table.bound) + 2))
         if old.any():
-            parts[old] = self.parts[place[old]]
-        parts[~old] = _met_first(table, x[:, first[~old]], n[:, first[~old]])
-        self.keys, self.parts = key, parts
-        return parts[at.reshape(-1), what]
+            shares[old] = self.shares[place[old]]
+        shares[~old] = _met_first(table, x[:, first[~old]], n[:, first[~old]])
+        self.keys, self.shares = key, shares
+        return shares[at.reshape(-1), what]
 
 
 def _keys(numbers):
@@ -98,13 +98,13 @@ def _keys(numbers):
 
 def _met_first(table, x, n):
     """The parts (m, 2 shapes + 2) of all that may be met; see Met."""
-    step, width = max(AT_ONCE // 4 // RAYS, 1), 2 * len(table.bound) + 2
-    parts = [np.zeros((0, width))]
-    for start in range(0, x.shape[1], step):
-        what = _first_of_all(table, x[:, start : start + step], n[:, start : start + step])
+    width = 2 * len(table.bound) + 2
+    shares = [np.zeros((0, width))]
+    for some in slices(x.shape[1], AT_ONCE // 4 // RAYS):
+        what = _first_of_all(table, x[:, some], n[:, some])
         what += width * np.arange(len(what))[:, None]
-        parts.append(np.bincount(what.ravel(), minlength=width * len(what)).reshape(-1, width) / RAYS)
-    return np.concatenate(parts)
+        shares.append(np.bincount(what.ravel(), minlength=width * len(what)).reshape(-1, width) / RAYS)
+    return np.concatenate(shares)
 
 
 def _first_of_all(table, x, n):
