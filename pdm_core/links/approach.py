@@ -10,7 +10,7 @@ from ..deadline import above_target, is_over
 from ..each_surface import OWN
 from ..numerics import SOLVED
 from ..signs_of_life import in_thread, mapped
-from .check import Check
+from .check import SAFETY, Check
 from .light import SolvedLight
 from .refinement import Refinement
 from .solution import Solution
@@ -112,14 +112,21 @@ def link_steps(scene, target_error, time_limit, enough=lambda: False):
 
 def warnings_of(solution, memory, target_error):
     """[sentence] of what was missed of the target; memory: whether its bound kept something from being refined."""
+    check, names = solution._check, [repr(surface.name) for surface in solution.scene.surfaces]
+    if solution.error > target_error and SAFETY * check.parts.get("closure", 0.0) > target_error:
+        worst = np.argsort(-check.own_unclosed)[:2]
+        advice = (
+            f"light comes from nothing or is lost where {' and '.join(names[k] for k in worst)} run through others: "
+            f"neither time nor memory helps; part or join them, or aim at {125 * solution.error:.2g} %"
+        )
+        return [above_target(solution.error, target_error, advice)]
     if solution.error > target_error:
         advice = f"raise the {'' if memory else 'time limit or the '}target error"
         return [FULL] * memory + [above_target(solution.error, target_error, advice)]
-    dark = np.flatnonzero(solution._check.too_large(target_error))
+    dark = np.flatnonzero(check.too_large(target_error))
     if not len(dark):
         return []
-    surfaces, own = solution.scene.surfaces, solution.surface_errors
-    named = some_of([f"{surfaces[k].name!r} {100 * own[k]:.2g} %" for k in dark])
+    named = some_of([f"{names[k]} {100 * solution.surface_errors[k]:.2g} %" for k in dark])
     return [
         f"Of their own light, dark surfaces are off by more than {OWN:g} times the target ({named}); "
         "raise the time limit or lower the target error"

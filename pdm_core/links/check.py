@@ -116,7 +116,7 @@ class Check:
         self.amplified_light, self.amplified_rest, self.amplified, self.unclosed = (
             float(np.linalg.norm(v)) / light.norm for v in (direct, rest, self.own_amplified, unclosed)
         )
-        self.own_amplified = np.hypot(self.own_amplified, unclosed)
+        self.own_amplified, self.own_unclosed = np.hypot(self.own_amplified, unclosed), unclosed
 
     def _from_nothing(self, received):
         """(n nodes, 3) What rows make or lose of the light received by them (n nodes, 3), where shapes run through each
