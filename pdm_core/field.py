@@ -300,12 +300,13 @@ def _merged(parts, places):
 
 
 def crowded(field, touching, flat, wanted):
-    """Leaves larger than the scale of a nearby contact, and than touching (n shapes,) m of the two shapes,
-    `flat` of it in gaps between planes: those are as large as the planes, contacts of spheres are points.
+    """Leaves that can be split and are larger than the scale of a nearby contact, and than touching (n shapes,) m of
+    the two shapes, `flat` of it in gaps between planes: those are as large as the planes, contacts of spheres are points.
 
     wanted (n surfaces,): whether a surface is to be resolved at all.
     """
-    leaves = field.leaves[wanted[field.surface[field.leaves]]]
+    leaves = field.leaves[field.level[field.leaves] < DEEPEST]
+    leaves = leaves[wanted[field.surface[leaves]]]
     leaves = leaves[np.sqrt(field.sizes()[leaves]) > min(flat, 1.0) * touching.min()]
     if not len(leaves):
         return leaves
