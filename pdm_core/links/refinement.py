@@ -94,7 +94,7 @@ class Refinement:
             return False
         # where only some surface's own error is too large, what helps is local
         whole = not self.check.fresh or self.check.error > target
-        if whole and ((yield from self._straighten()) or (last and self._sharpen())):
+        if whole and ((yield from self._straighten()) or self._sharpen()):
             return True
         tightened = last and self._tighten(target)
         return (yield from self._refine(target)) or tightened
