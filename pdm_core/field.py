@@ -301,7 +301,7 @@ def _merged(parts, places):
 
 def crowded(field, touching, flat, wanted):
     """Leaves that can be split and are larger than the scale of a nearby contact, and than touching (n shapes,) m of
-    the two shapes, `flat` of it in gaps between planes: those are as large as the planes, contacts of spheres are points.
+    the two shapes, `flat` of it in gaps between planes: as large as those are, contacts of spheres are points.
 
     wanted (n surfaces,): whether a surface is to be resolved at all.
     """
