@@ -108,23 +108,28 @@ class Shares:
         return factor
 
     def _scattered_share(self, source, receivers):
-        """Shares seen (n, 3) by SCATTERED points in turn for each; yields."""
+        """Shares seen (n, 3) by SCATTERED points in turn for each, by the next ones where none of these shines there,
+        as those of a ball's other side; yields."""
         place, normal, weight = source.samples(SCATTERED[1])
-        tint, n, few = source.tint(place), len(receivers), min(SCATTERED[0], len(place))
-        begin = (np.arange(n) * GOLDEN % 1 * len(place)).astype(int)
-        point = (begin[:, None] + np.arange(few)).ravel() % len(place)
+        tint, n, few, begun = source.tint(place), len(receivers), min(SCATTERED[0], len(place)), 0
         seen, total = np.zeros((n, 3)), np.zeros(n)
-        for some in batches(len(place), n * few // len(place), self.facets):
-            pairs = np.flatnonzero((point >= some[0]) & (point <= some[-1]))
-            pairs = pairs[np.argsort(point[pairs], kind="stable")]
-            mine, which = receivers.take(pairs // few), point[pairs]
-            value = self._of_each(source, place, normal, mine, which) * weight[which]
-            got = value * self._visible(source, place[some], mine, which - some[0])
-            self.counts["shadow rays"] += len(pairs)
-            for c in range(3):
-                seen[:, c] += np.bincount(pairs // few, got if tint is None else got * tint[which, c], n)
-            total += np.bincount(pairs // few, value, n)
-            yield
+        rest = np.arange(n)
+        while len(rest) and begun < len(place):
+            at = rest[:, None] + begun + np.arange(few)
+            point = (at * GOLDEN % 1 * len(place)).astype(int).ravel()  # whatever their order, they are spread over all
+            for some in batches(len(place), len(point) // len(place), self.facets):
+                pairs = np.flatnonzero((point >= some[0]) & (point <= some[-1]))
+                pairs = pairs[np.argsort(point[pairs], kind="stable")]
+                whose, which = rest[pairs // few], point[pairs]
+                mine = receivers.take(whose)
+                value = self._of_each(source, place, normal, mine, which) * weight[which]
+                got = value * self._visible(source, place[some], mine, which - some[0])
+                self.counts["shadow rays"] += len(pairs)
+                for c in range(3):
+                    seen[:, c] += np.bincount(whose, got if tint is None else got * tint[which, c], n)
+                total += np.bincount(whose, value, n)
+                yield
+            rest, begun, few = rest[total[rest] <= 0], begun + few, 2 * few
         return np.where(total[:, None] > 0, seen / np.maximum(total, 1e-300)[:, None], 1.0)
 
     def _unoccluded(self, source, receivers):

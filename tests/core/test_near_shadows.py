@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from test_rays import by_rays
 
-from pdm_core import Plane, Polygon, Scene, SunLight, Surface
-from pdm_core.closed_forms import polygon_unoccluded
+from pdm_core import Plane, PointLight, Polygon, Scene, SunLight, Surface
+from pdm_core.closed_forms import kernel, polygon_unoccluded
+from pdm_core.rays.beside import read_places
+from pdm_core.rays.engine import RayState
+from pdm_core.signs_of_life import finish
 
 RHO, TARGET = 0.8, 0.02
 
@@ -67,3 +70,49 @@ def test_a_shadow_that_ends_in_a_corner_of_two_walls_that_light_each_other(edge,
     # right at single points to about what is stated of all; by the means of cells they were 3 to 6 and 4 to 9 times off
     assert np.linalg.norm(off) < 2.0 * target * np.linalg.norm(TRACED)
     assert np.abs(off).max() < 2.5 * target * np.max(TRACED)
+
+
+def wall_and_lamp(faces):
+    """The Scene of a white floor, a black wall 2 m high across its middle, and a large round lamp behind that."""
+    wall = Plane((-4, 0, 0), (8, 0, 0), (0, 0, 2))
+    sides = [Surface(wall, 0.0, side=side, name="Wall") for side in ("front", "back")]
+    floor = Surface(Plane((-4, -4, 0), (8, 0, 0), (0, 8, 0)), RHO, name="Floor")
+    return Scene([floor, *sides], lights=[PointLight((0.3, -2, 4), 100.0, 0.8, faces=faces)])
+
+
+@pytest.mark.parametrize("faces", [False, True])
+def test_few_points_of_a_round_lamp_are_of_the_side_that_is_seen(faces):
+    """In full shadow nothing comes through, half in shadow what the edge lets through, and all where nothing hides."""
+    state = RayState(wall_and_lamp(faces), TARGET)
+    x = np.linspace(-1, 1, 400)
+
+    def shares(y):
+        points = np.column_stack([x, np.full(len(x), y), 0 * x])
+        receivers = read_places(state.facets, np.zeros(len(x), int), points)
+        whole = state.sources[0].unoccluded(points, receivers.normals)
+        return finish(state.shares.scattered(receivers))[:, 0, 0] / whole
+
+    assert (shares(0.3) == 0).all()
+    assert shares(-3.0) == pytest.approx(1.0, rel=1e-6)
+    # the lamp's middle is seen over the edge of the wall from here, and the same of it above as is hidden below
+    assert shares(2.0).mean() == pytest.approx(0.5, abs=0.05)
+
+
+def test_the_foot_of_a_wall_in_the_shadow_of_a_round_lamp():
+    """What comes there is of the floor beyond the shadow: its light, from points of the lamp, added up."""
+    scene = wall_and_lamp(False)
+    solution, height = by_rays(scene, TARGET), np.array([0.01, 0.05, 0.2])
+    points = np.column_stack([0.1 + 0 * height, 0 * height, height])
+    normals = np.tile([0.0, 1.0, 0.0], (3, 1))
+    found = solution.incident(2, points)[:, 0]
+    lamp = scene.lights[0]
+    cells = (np.arange(160) + 0.5) / 40 - 2
+    floor = np.stack(np.meshgrid(2 * cells, cells + 2, indexing="ij"), axis=-1).reshape(-1, 2)
+    floor = np.column_stack([floor, np.zeros(len(floor))])
+    place, normal, weight = lamp.samples(256)
+    up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
+    value = kernel(place, normal, floor, up) * weight
+    over = place[:, 2] * floor[:, 1:2] / (floor[:, 1:2] - place[:, 1])  # m over the wall's foot, of the line to it
+    light = (value * (over > 2)).sum(axis=1) / value.sum(axis=1) * lamp.unoccluded(floor, up) * lamp.colour[0]
+    known = kernel(floor, up, points, normals) @ (RHO * light) / np.pi * 32 / len(floor)
+    assert np.abs(found - known).max() < TARGET * light.mean()  # 14 times that before
