@@ -26,14 +26,17 @@ def _hue(rgb, most, spread):
 
 def rgb_of_hsv(hsv):
     """(n, 3) -> (n, 3)"""
-    hue, saturation, value = hsv.T
-    return value[:, None] * (1 + saturation[:, None] * (_pure(hue) - 1))
+    return _coloured(hsv[:, :1], hsv[:, 1:2], hsv[:, 2:])
+
+
+def _coloured(hue, saturation, value):
+    """(n, 1) each -> (n, 3)"""
+    return value * (1 + saturation * (_pure(hue) - 1))
 
 
 def _pure(hue):
-    """(n,) -> (n, 3) the full colour of a hue"""
-    six = (hue * 6)[:, None]
-    return np.clip(np.abs((six + [0, 4, 2]) % 6 - 3) - 1, 0.0, 1.0)
+    """(n, 1) -> (n, 3) the full colour of a hue"""
+    return np.clip(np.abs((6 * hue + [0, 4, 2]) % 6 - 3) - 1, 0.0, 1.0)
 
 
 def hsl_of_rgb(rgb):
@@ -47,7 +50,7 @@ def hsl_of_rgb(rgb):
 def rgb_of_hsl(hsl):
     hue, saturation, light = hsl.T
     chroma = (1 - np.abs(2 * light - 1)) * saturation
-    return (_pure(hue) - 0.5) * chroma[:, None] + light[:, None]
+    return (_pure(hue[:, None]) - 0.5) * chroma[:, None] + light[:, None]
 
 
 # How colour b goes over colour a by a share t (n, 1); t is 0 to 1.
@@ -216,8 +219,8 @@ def _ramp(output, walk):
 
 def _hue_saturation(hue, saturation, value, factor, colour):
     hsv = hsv_of_rgb(colour)
-    parts = (hsv[:, :1] + hue + 0.5) % 1.0, np.clip(hsv[:, 1:2] * saturation, 0.0, 1.0), hsv[:, 2:] * value
-    changed = rgb_of_hsv(np.concatenate(np.broadcast_arrays(*parts), axis=1))
+    strength = np.clip(hsv[:, 1:2] * saturation, 0.0, 1.0)
+    changed = _coloured((hsv[:, :1] + hue + 0.5) % 1.0, strength, hsv[:, 2:] * value)
     return np.maximum(_between(colour, changed, factor), 0.0)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 LUMINANCE = np.array([0.2126729, 0.7151522, 0.0721750])  # of linear Rec.709, as Cycles has it
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False, slots=True)
 class Value:
     """constant (1, k); or, where that is None, function(*inputs' arrays) -> (n, k), or of a place: function(places).
 

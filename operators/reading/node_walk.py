@@ -36,7 +36,7 @@ class Socket:
         return {s.identifier: Socket(self.path, s, self.node) for s in self.node.inputs if s.enabled}
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, slots=True)
 class Recipe:
     """inputs: [Socket] that are needed; make(*values): what the output is, one argument of each, in this order."""
 
@@ -111,21 +111,19 @@ class Walk:
         last, passed = socket, set()
         if not socket.socket.enabled:
             return (socket, False)
-        while True:
-            link = self._link(socket)
-            if link is None:
-                return (last, False)
+        while link := self._link(socket):
             output = Socket(socket.path, link.from_socket)
             socket = _behind(output)
             if socket is output:
                 return (output, True)
             if socket is None:
-                return (last, False)
+                break
             if output.key in passed:
                 raise Circle
             passed.add(output.key)
             if socket.node.bl_idname != "NodeReroute" and hasattr(socket.socket, "default_value"):
                 last = socket
+        return (last, False)
 
     def _link(self, socket):
         key = tuple([group.name for group in socket.path]) if socket.path else ()
