@@ -11,6 +11,7 @@ from .edit_mode import object_mode
 from .modal_steps import CANCEL, KEEP, Idle, Steps, current
 from .settings import SETTING_NAMES, BakeProperties
 from .show_colours import is_shown, put_back, show
+from .told import told
 from .words import many, say
 
 DOUBLE_CLICK = 0.5  # s
@@ -50,7 +51,7 @@ class PDM_OT_bake(BakeProperties, Steps, Operator):
 
     def done(self, context, report):
         for warning in report["warnings"]:
-            self.report({"WARNING"}, warning)
+            self.report({"WARNING"}, told(warning))
         self.report({"INFO"}, one_line(report))
         if self.in_window and context.scene.pdm_radiosity.show_after_bake:
             show(context.screen)
@@ -92,7 +93,7 @@ class PDM_OT_scan(Idle, Operator):
             with object_mode(context):
                 scan = look_at_scene(context)
         except SceneError as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, told(str(error)))
             return {"CANCELLED"}
         context.scene.pdm_radiosity.keep_scan(scan)
         objects = many(len(scan["objects"]), "object", "objects")

@@ -10,6 +10,7 @@ from bpy.types import Operator
 
 from .modal_steps import Idle
 from .reading.preview_nodes import uses_nodes
+from .told import told
 from .words import many, say
 
 ENDINGS = {"GLTF": ".glb", "FBX": ".fbx", "OBJ": ".obj"}
@@ -67,10 +68,10 @@ class PDM_OT_export(Idle, Operator):
         objects = [context.view_layer.objects.get(o["name"]) for o in report["objects"] if o["baked"]]
         objects = [obj for obj in objects if obj is not None and attribute in obj.data.color_attributes]
         if not objects:
-            self.report({"ERROR"}, f"No object has the colours {attribute!r} of the last bake; bake again")
+            self.report({"ERROR"}, told(f"No object has the colours {attribute!r} of the last bake; bake again"))
             return {"CANCELLED"}
         if problem := _problem(context, objects):
-            self.report({"ERROR"}, problem)
+            self.report({"ERROR"}, told(problem))
             return {"CANCELLED"}
         self.check(context)
         is_unlit = self.format == "GLTF" and report["settings"]["quantity"] == "RADIANCE"
@@ -84,12 +85,12 @@ class PDM_OT_export(Idle, Operator):
                     _write(self.format, bpy.path.abspath(self.filepath))
         except (RuntimeError, AttributeError) as error:
             name = ADD_ONS[self.format]
-            self.report({"ERROR"}, f"{name} was not written: {str(error).strip()}; is the add-on {name} enabled?")
+            self.report({"ERROR"}, told(f"{name} was not written: {str(error).strip()}; is the add-on {name} enabled?"))
             return {"CANCELLED"}
         if cut:
             colours = many(cut, "colour", "colours")
             text = say("{} above 1 clipped, which {} cannot hold: lower the exposure", colours, self.format)
-            self.report({"WARNING"}, text)
+            self.report({"WARNING"}, told(text))
         self.report({"INFO"}, say("{} written to {}", many(len(objects), "object", "objects"), self.filepath))
         return {"FINISHED"}
 

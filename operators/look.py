@@ -12,11 +12,10 @@ from ..pdm_core import SceneError
 from .baking.bake import look_at_steps
 from .baking.colour_attribute import BakeError
 from .live import own_changes
-from .modal_steps import SLICE, current, redraw_sidebars
+from .modal_steps import SLICE, current, our_sidebars, redraw_sidebars
 from .words import many, say
 
 QUIET = 0.4  # s without a change before the scene is read
-SHOWN = 1.5  # s for which a drawn panel counts as shown
 SLOWEST = 0.3  # s; where a step of the last reading took longer, only the button reads again
 READ = bpy.types.Object, bpy.types.Mesh, bpy.types.Material, bpy.types.World, bpy.types.Light, bpy.types.Curve
 
@@ -26,7 +25,7 @@ class _Watch:
 
     def __init__(self):
         self.is_stale, self.problem, self.is_slow, self.is_reading = True, "", False, False
-        self.changed = self.shown = 0.0
+        self.changed = 0.0
         self.steps = self.seen = self.window = None
 
     def change(self):
@@ -42,12 +41,16 @@ watch = _Watch()
 
 def panel_shown(context):
     """Told by the panel that it is drawn: the scene is read soon, if it has changed."""
-    watch.shown, watch.window = time.perf_counter(), context.window
+    watch.window = context.window
     signature = _signature(context.scene)
     if signature != watch.seen:
         watch.seen = signature
         watch.change()
-    if watch.is_stale and not watch.is_slow and not bpy.app.timers.is_registered(_tick):
+    _read_soon()
+
+
+def _read_soon():
+    if watch.is_stale and not watch.is_slow and watch.window is not None and not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=QUIET)
 
 
@@ -65,6 +68,7 @@ def changed(scene, depsgraph):
             update.is_updated_geometry or update.is_updated_transform or update.is_updated_shading
         ):
             watch.change()
+            _read_soon()  # a light that is dimmed leaves the sidebar as it was drawn
             return
 
 
@@ -79,8 +83,9 @@ def _tick():
     now = time.perf_counter()
     if current.stage is not None or now - watch.changed < QUIET:
         return QUIET
-    if watch.window not in list(bpy.context.window_manager.windows):
-        return None
+    windows = bpy.context.window_manager.windows
+    if watch.window not in list(windows) or not any(region.width > 1 for region in our_sidebars([watch.window])):
+        return None  # read when it is drawn again
     with bpy.context.temp_override(window=watch.window):
         try:
             if not _read(bpy.context):

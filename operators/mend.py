@@ -7,6 +7,7 @@ from bpy.types import Operator
 
 from .listed import LABELS, instanced
 from .modal_steps import Idle
+from .told import told
 from .words import say
 
 
@@ -25,15 +26,16 @@ class PDM_OT_mend(Idle, Operator):
         if self.way == "REAL" and obj is None:
             obj = _instancer(context, self.object)
         if obj is None:
-            self.report({"ERROR"}, f"Object {self.object!r} is not in this view layer; scan the scene again")
+            self.report({"ERROR"}, told(f"Object {self.object!r} is not in this view layer; scan the scene again"))
             return {"CANCELLED"}
         if obj.mode != "OBJECT":
-            self.report({"ERROR"}, f"Object {obj.name!r} is in {obj.mode.title()} Mode; switch to Object Mode first")
+            text = f"Object {obj.name!r} is in {obj.mode.title()} Mode; switch to Object Mode first"
+            self.report({"ERROR"}, told(text))
             return {"CANCELLED"}
         try:
             _MEND[self.way](context, obj)
         except RuntimeError as error:
-            self.report({"ERROR"}, f"Object {self.object!r}: {str(error).strip()}")
+            self.report({"ERROR"}, told(f"Object {self.object!r}: {str(error).strip()}"))
             return {"CANCELLED"}
         self.report({"INFO"}, f"{self.object}: {say(LABELS[self.way])}")
         return {"FINISHED"}

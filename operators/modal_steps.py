@@ -11,6 +11,7 @@ from .baking.bake import Stage
 from .baking.colour_attribute import BakeError
 from .baking.report import duration, percent
 from .edit_mode import object_mode
+from .told import told
 from .words import say
 
 CATEGORY = "Radiosity"  # tab of the sidebar
@@ -173,7 +174,7 @@ class Steps(Idle):
     def fail(self, error):
         """Said by the panel too: of what runs in a window Blender tells only for a moment, in the status bar."""
         current.problem = str(error) if self.in_window else ""
-        self.report({"ERROR"}, str(error))
+        self.report({"ERROR"}, told(str(error)))
         return {"CANCELLED"}
 
 
@@ -203,11 +204,14 @@ def redraw_sidebars(context):
 def over_our_panels(context, event):
     """Whether the mouse is over a sidebar that shows our tab."""
     return any(
-        region.x <= event.mouse_x < region.x + region.width
-        and region.y <= event.mouse_y < region.y + region.height
-        and region.active_panel_category == CATEGORY
-        for region in _sidebars([context.window])
+        region.x <= event.mouse_x < region.x + region.width and region.y <= event.mouse_y < region.y + region.height
+        for region in our_sidebars([context.window])
     )
+
+
+def our_sidebars(windows):
+    """Those whose open tab is ours; one that is closed keeps its tab, and is a pixel wide."""
+    return [region for region in _sidebars(windows) if region.active_panel_category == CATEGORY]
 
 
 def _sidebars(windows):

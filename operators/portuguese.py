@@ -2,6 +2,8 @@
 
 import bpy
 
+from .portuguese_sentences import SENTENCES
+
 LANGUAGES = "pt_PT", "pt_BR"
 CONTEXTS = "*", "Operator"  # of the names of operators Blender asks in a context of their own
 WORDS = {
@@ -317,6 +319,7 @@ WORDS = {
 
 def register():
     entries = {(context, text): word for text, word in WORDS.items() for context in CONTEXTS}
+    entries |= {("*", text): word for text, word in SENTENCES.items()}
     bpy.app.translations.register(__name__, dict.fromkeys(LANGUAGES, entries))
 
 

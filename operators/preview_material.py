@@ -6,6 +6,7 @@ from bpy.types import Operator
 
 from .modal_steps import Idle
 from .reading.preview_nodes import MADE, MARK, add_preview, has_preview, make_material, remove_preview
+from .told import told
 from .words import many, say
 
 NAME = "Baked Light"  # of the material that objects without one get
@@ -42,9 +43,9 @@ class PDM_OT_preview_material(Idle, Operator):
         for material in materials:
             add_preview(material, settings["attribute"], settings["quantity"] == "IRRADIANCE")
         if linked:
-            self.report({"WARNING"}, f"Linked from a library and left as they are: {', '.join(linked)}")
+            self.report({"WARNING"}, told(f"Linked from a library and left as they are: {', '.join(linked)}"))
         if without := _users_without(materials, settings["attribute"]):
-            self.report({"WARNING"}, f"Not baked but of the same materials, and black now: {', '.join(without)}")
+            self.report({"WARNING"}, told(f"Not baked but of the same materials, and black now: {', '.join(without)}"))
         written = many(len(materials), "material", "materials")
         self.report({"INFO"}, say("{} now with {}", written, repr(settings["attribute"])))
         return {"FINISHED"}

@@ -18,6 +18,7 @@ from .modal_steps import KEEP, Steps, current
 from .reading.mesh_arrays import arrays_of
 from .settings import SETTING_NAMES
 from .subdivide_meshes import all_or_none, problem_of, too_coarse
+from .told import told
 from .words import many, say
 
 MOST_TIMES = 256  # parts of an edge at once
@@ -191,7 +192,7 @@ class PDM_OT_subdivide(Steps, Operator):
     def done(self, context, result):
         count, added, short = result
         if short:
-            self.report({"WARNING"}, tell_short(context.scene, short))
+            self.report({"WARNING"}, told(tell_short(context.scene, short)))
         if not count:
             none = say("No mesh was subdivided") if short else say("No mesh is too coarse for the last target")
             self.report({"INFO"}, none)

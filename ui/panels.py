@@ -195,11 +195,11 @@ def _chosen(layout, context, item):
     """What the row clicked is, and what mends it."""
     box = layout.box().column()
     if _is_gone(context, item.name):
-        wrapped(box, context, say("{} was removed or renamed", item.name), "ERROR")
+        wrapped(box, context, say("{} was removed or renamed", repr(item.name)), "ERROR")
         return
-    wrapped(box, context, f"{item.name}: {item.label}" if item.label else item.name)
+    wrapped(box, context, f"{item.name!r}: {item.label}" if item.label else repr(item.name))
     if item.reason:
-        wrapped(box, context, item.reason[:1].upper() + item.reason[1:], "ERROR")
+        wrapped(box, context, item.reason, "ERROR")
     if item.mend:
         operator = box.operator(PDM_OT_mend.bl_idname, text=LABELS[item.mend], icon="TOOL_SETTINGS")
         operator.object, operator.way = item.name, item.mend
@@ -247,11 +247,12 @@ def _left_out(layout, context, rows):
     layout.label(text=f"{say('Left out or approximated')} ({len(rows)})")
     for row in rows[:MOST_LISTED]:
         box = layout.box().column(align=True)
-        wrapped(box, context, f"{row['name']} {row['what']}", KINDS[row["kind"]])
+        name = row["name"] if row["name"][:1] in "'\"" else repr(row["name"])  # of several, as they are listed
+        wrapped(box, context, f"{name} {row['what']}", KINDS[row["kind"]])
         if row["effect"]:
-            wrapped(box, context, row["effect"][:1].upper() + row["effect"][1:], "BLANK1")
+            wrapped(box, context, row["effect"], "BLANK1")
         if row["advice"]:
-            wrapped(box, context, row["advice"][:1].upper() + row["advice"][1:], "TOOL_SETTINGS")
+            wrapped(box, context, row["advice"], "TOOL_SETTINGS")
     if len(rows) > MOST_LISTED:
         layout.label(text=say("and {} more", f"{len(rows) - MOST_LISTED:,}"))
 
@@ -260,7 +261,7 @@ def _details(layout, context):
     report = context.scene.pdm_radiosity.report()
     _list(layout, context, report["plan"], "Plan", "DOT")
     baked = sorted((o for o in report["objects"] if o["baked"]), key=lambda o: -(o.get("error") or 0.0))
-    _list(layout, context, [f"{o['name']}: {percent(o.get('error'))}" for o in baked], "Own errors", "DOT")
+    _list(layout, context, [f"{o['name']!r}: {percent(o.get('error'))}" for o in baked], "Own errors", "DOT")
     seconds = [f"{say(name.capitalize())}: {value:.2f} s" for name, value in report["seconds"].items()]
     _list(layout, context, seconds, "Time", "TIME")
 

@@ -2,13 +2,17 @@
 
 import blf
 
+from ..operators.told import told
+
 FONT = 0
 POINTS = 11.0  # Blender's default widget text
 MARGIN = 78.0  # tabs, borders of panel and box, in units of the interface scale
 
 
 def wrapped(layout, context, text, icon="NONE"):
-    """Labels with all of `text`, the first with `icon`."""
+    """Labels with all of `text`, a report's in the user's language, the first with `icon`."""
+    text = told(text)
+    text = text[:1].upper() + text[1:]
     scale = context.preferences.system.ui_scale
     column = layout.column(align=True)
     column.scale_y = 0.8

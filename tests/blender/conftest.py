@@ -57,3 +57,18 @@ def empty_scene():
     """Every test starts from an empty file."""
     bpy.ops.wm.read_homefile(use_factory_startup=False, use_empty=True)
     bpy.context.preferences.edit.use_global_undo = True
+
+
+@pytest.fixture(autouse=True)
+def all_is_translated(addon):
+    """Whatever a test made the reports and lists say has its entries in Portuguese."""
+    yield
+    settings = [scene.pdm_radiosity for scene in bpy.data.scenes if hasattr(scene, "pdm_radiosity")]
+    for said in filter(None, (told for each in settings for told in (each.report(), each.scan()))):
+        texts = [*said["warnings"], *said.get("plan", ()), *said.get("foreseen", ())]
+        texts += [each["reason"] for each in said["refused"] + said["objects"]]
+        texts += [each["label"] for each in said["objects"]]
+        for row in said.get("left_out", ()):
+            texts += [row["what"], row["effect"], row["advice"]]
+        unknown = addon("operators.told").unknown
+        assert {text: missing for text in texts if text and (missing := unknown(text))} == {}

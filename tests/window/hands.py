@@ -105,9 +105,9 @@ def buttons(top=0.0, share=0.5):
 
 
 def scroll(notches):
-    """Turns the wheel over the sidebar, down where positive."""
+    """Turns the wheel over the sidebar, down where positive; near its end, as a list in the middle would take it."""
     own = region()
-    move(own.x + own.width // 2, window().height - own.y - own.height // 2)
+    move(own.x + own.width // 2, window().height - own.y - own.height // 12)
     yield 0.3
     xdo("click", "--repeat", abs(notches), "--delay", 30, 5 if notches > 0 else 4)
     yield 0.7
