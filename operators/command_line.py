@@ -12,6 +12,7 @@ import bpy
 from ..pdm_core import SceneError
 from ..pdm_core.signs_of_life import finish
 from . import farm
+from .baking.again import last
 from .baking.bake import BakeSettings, bake_steps
 from .baking.colour_attribute import BakeError
 from .baking.passes import SUFFIX
@@ -100,13 +101,13 @@ def _bake(options):
     context = bpy.context
     settings = BakeSettings(**{name: getattr(options, name) for name in SETTING_NAMES})
     with object_mode(context):
-        report = finish(bake_steps(context, settings), _Progress())
+        report = finish(bake_steps(context, settings, last=last if options.subdivide else None), _Progress())
         for _ in range(SUBDIVISIONS if options.subdivide else 0):
             steps = subdivide_steps(context, options.subdivide_method, options.subdivide)
             count, added, short = finish(steps, _Progress())
             if count:
                 print(f"pdm: {counted(count, 'mesh', 'meshes')} subdivided, {added:,} vertices more", file=sys.stderr)
-                report = finish(bake_steps(context, settings), _Progress())
+                report = finish(bake_steps(context, settings, last=last), _Progress())
             if short:
                 report["warnings"].append(tell_short(context.scene, short))
             if short or not count:

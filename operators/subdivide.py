@@ -17,13 +17,11 @@ from .baking.round_places import round_places
 from .modal_steps import KEEP, Steps, current
 from .reading.mesh_arrays import arrays_of
 from .settings import SETTING_NAMES
-from .subdivide_meshes import all_or_none, problem_of, too_coarse
+from .subdivide_meshes import all_or_none
 from .told import told
+from .uniform import MOST_TIMES, parts_steps
 from .words import many, say
 
-MOST_TIMES = 256  # parts of an edge at once
-STEPS = 40  # numbers of parts that are thought of, up to that
-SPARE = 1.25  # times the error is taken for larger: few points are looked at
 BUDGET = 200_000  # vertices
 WAYS = [
     ("ADAPTIVE", "Adaptive", "Where the light bends, at edges of shadows most: the fewest vertices, in triangles"),
@@ -31,69 +29,15 @@ WAYS = [
 ]
 
 
-def needed(curves, faces, target):
-    """curves [[(N, error of an object's colours between vertices with N x N for each face)]] from N = 1 on, faces (n,)
-    of the meshes -> (n,) whole N, so that the root of the errors' squares is `target`, with few vertices.
+def uniform_steps(context, report, budget=BUDGET, among=None, copies=False, enough=lambda: False):
+    """Generator of Stages: makes faces N x N where the last report calls a mesh too coarse -> (objects, vertices added,
+    FULL or '').
 
-    Step by step, the next is that which lowers the squares by most for each face it makes.
+    among: names of the only objects to change, or None; enough(): True ends it with what is known.
     """
-    ladders = [_ladder(curve) for curve in curves]
-    at = [0] * len(ladders)
-    while sum(squares[k] for (_, squares), k in zip(ladders, at)) > target**2:
-        steps = [_step(*ladder, k, count) for ladder, k, count in zip(ladders, at, faces)]
-        gain, k = max((gain, k) for k, (gain, _) in enumerate(steps))
-        if gain <= 0:
-            break
-        at[k] = steps[k][1]
-    return np.array([parts[k] for (parts, _), k in zip(ladders, at)], int)
-
-
-def _step(parts, squares, at, faces):
-    """(gain, where to): the step on one ladder that lowers the square of the error by most for each face."""
-    if at + 1 == len(parts):
-        return 0.0, at
-    gain = (squares[at] - squares[at + 1 :]) / (faces * (parts[at + 1 :] ** 2 - parts[at] ** 2))
-    return float(gain.max()), at + 1 + int(gain.argmax())
-
-
-def _ladder(curve):
-    """N (k,) and the squares (k,) of the error there, from what was looked at: straight in logarithms between, beyond
-    as 1 / N^2; an error is never taken for larger than that of a smaller N."""
-    parts, errors = np.array(curve, float).T
-    errors = np.maximum(np.minimum.accumulate(errors), np.finfo(float).tiny)
-    found = np.unique(np.rint(np.geomspace(1, MOST_TIMES, STEPS)).astype(int))
-    inside = np.exp(np.interp(np.log(found), np.log(parts), np.log(errors)))
-    return found, np.where(found > parts[-1], errors[-1] * (parts[-1] / found) ** 2, inside) ** 2
-
-
-def times_by_report(scene, report, budget):
-    """({object name: N}, within the budget) for the objects of the last bake, N whole and above 1."""
-    entries = [entry for entry in report["objects"] if entry["baked"] and entry["between"]]
-    entries = [entry for entry in entries if problem_of(scene.objects.get(entry["name"])) is None]
-    if not entries or not too_coarse(report):
-        return {}, True
-    meshes = [scene.objects[entry["name"]].data for entry in entries]
-    faces = np.array([len(mesh.polygons) for mesh in meshes], float)
-    curves = [[(1, entry["between"]), *map(tuple, entry.get("finer", ()))] for entry in entries]
-    times, full = needed(curves, faces, report["settings"]["target_error"] / SPARE), True
-    while (total := sum(map(finer_size, meshes, times))) > budget and times.max() > 1:
-        full = False
-        times = np.maximum(np.minimum(np.floor(times * np.sqrt(budget / total)), times - (times > 1)), 1)
-    return {entry["name"]: int(n) for entry, n in zip(entries, times, strict=True) if n > 1}, full
-
-
-def subdivide_by_report(context, report, budget=BUDGET, among=None, copies=False):
-    """Makes faces N x N where the last report calls a mesh too coarse -> (objects, vertices added, FULL or '').
-
-    among: names of the only objects to change, or None.
-    """
-    times, full = times_by_report(context.scene, report, budget)
-    chosen = {name: n for name, n in times.items() if among is None or name in among}
-    return (
-        len(chosen),
-        subdivide({context.scene.objects[name]: n for name, n in chosen.items()}, copies),
-        "" if full else FULL,
-    )
+    times, full = yield from parts_steps(context, report, budget, enough)
+    chosen = {context.scene.objects[name]: n for name, n in times.items() if among is None or name in among}
+    return len(chosen), subdivide(chosen, copies), "" if full else FULL
 
 
 def subdivide(times, copies=False):
@@ -118,9 +62,8 @@ def subdivide_steps(context, way, budget=BUDGET, among=None, copies=False, enoug
     report = context.scene.pdm_radiosity.report()
     if report is None:
         raise BakeError("Bake first: the report tells which meshes are too coarse")
-    if way == "UNIFORM":
-        return subdivide_by_report(context, report, budget, among, copies)
-    return (yield from adaptive_steps(context, report, budget, among, copies, enough))
+    steps = uniform_steps if way == "UNIFORM" else adaptive_steps
+    return (yield from steps(context, report, budget, among, copies, enough))
 
 
 def tell_short(scene, short):

@@ -18,7 +18,8 @@ from ..operators.preview_material import PDM_OT_preview_material, any_preview
 from ..operators.reporting.graph_image import graph
 from ..operators.settings import SETTING_NAMES
 from ..operators.show_colours import PDM_OT_show_colours, is_shown
-from ..operators.subdivide import PDM_OT_subdivide, too_coarse
+from ..operators.subdivide import PDM_OT_subdivide
+from ..operators.subdivide_meshes import too_coarse
 from ..operators.words import many, say
 from .previews import picture
 from .wrapped import wrapped

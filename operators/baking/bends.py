@@ -10,9 +10,12 @@ from ..reading.mesh_topology import FLOAT32
 from .bisect import Bisected
 
 SAMPLES, LEAST_SAMPLES = 2000, 64  # random places looked at once, in all and on each mesh, by area
-ROUNDS = 24
-MOST = 0.9  # of the square of the error: its triangles are halved in one round, at most
-FALL = 1 / 8  # of the square of the error, what halving three edges leaves
+ROUNDS = 32
+# of the square of the error: its triangles are halved in one round, at most, far from what is allowed and nearer: the
+# fewer, the better they are known to be the worst. 365 vertices for 436 of Cornell's floor, in 11 rounds for 6
+MOST, MOST_NEAR = 0.9, 0.25
+NEAR = 8  # times the error that is allowed
+FALL = 1 / 16  # of the square of the error, what halving three edges leaves where light is smooth
 POOR, LEAST_GAIN = 3, 0.05  # rounds in a row whose error falls by less: the light's own noise
 THIN = 2000  # roundings; edges not longer stay whole, flat faces could not be told to be flat
 ENDED = "it was ended early"
@@ -154,7 +157,8 @@ def _halve_worst(meshes, squares, allowed, budget):
     worst = np.cumsum(square[order])
     left = sum(s.sum() for s in squares) - worst + FALL * worst
     enough = int(np.searchsorted(-left, -(allowed**2))) + 1
-    count = min(enough, int(np.searchsorted(worst, MOST * worst[-1])) + 1)
+    most = MOST_NEAR if worst[-1] < (NEAR * allowed) ** 2 else MOST
+    count = min(enough, int(np.searchsorted(worst, most * worst[-1])) + 1)
     room = budget - sum(mesh.parts.size for mesh in meshes)
     cuts = np.cumsum([len(square) for square in squares])[:-1]
     while count and square[order[count - 1]] > 0:

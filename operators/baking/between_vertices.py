@@ -39,7 +39,7 @@ def looks_between(targets, points):
     least = int(np.clip(MOST // len(points), FEW, MANY))
     rng = np.random.default_rng(1)
     return [
-        Look(target, p, least + int(min(SHARE * total, MOST) * p.size / total), rng)
+        Look(target, p.domain, least + int(min(SHARE * total, MOST) * p.size / total), rng)
         for target, p in zip(targets, points, strict=True)
     ]
 
@@ -55,7 +55,7 @@ def between_steps(field, targets, points, values, looks, here, allowed):
     parts = [look.norm(look.between(c) - h, field) for look, c, h in zip(looks, colours, here, strict=True)]
     between = Between(float(np.sqrt((np.array(parts) ** 2).sum())) / norm, np.array(parts) / norm)
     coarse = between.too_coarse(allowed)
-    looks = {int(k): Look(targets[k], points[k], max(LOOKED // len(coarse), LEAST_LOOKED), rng) for k in coarse}
+    looks = {int(k): Look(targets[k], points[k].domain, max(LOOKED // len(coarse), LEAST_LOOKED), rng) for k in coarse}
     light, enough = {}, allowed / (2 * max(len(coarse), 1))
     between.finer = {k: [] for k in looks}
     at_once = [look.finer_places(times) for look in looks.values() for times in FINER[0] + FINER[1]]
@@ -98,8 +98,8 @@ def _once(places):
 class Look:
     """Random points of one object and where they are in the mesh's triangles."""
 
-    def __init__(self, target, points, count, rng):
-        ends, corners, surface, normals = _triangles(target, points.domain)
+    def __init__(self, target, domain, count, rng):
+        ends, corners, surface, normals = _triangles(target, domain)
         area = np.linalg.norm(np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]), axis=1) / 2
         self.area = area.sum()
         count = count if self.area > 0 else 0

@@ -2,11 +2,13 @@
 
     PYTHON_WITH_BPY tests/benchmarks/subdivision.py [OUTPUT.json]
 
-Error between vertices: relative L2 of all light, as the report tells it, at random points that neither way has seen.
+Error between vertices: relative L2 of all light, at 4,000 random points that neither way has seen; the report's own 32
+on a floor of four vertices are off by a quarter.
 `uniform` N: each face of the floor as N x N, up to the first that is enough for 1 %; `asked`: what Uniform takes by
 itself from the report. Wall seconds of subdividing, the solving in them where it solves again.
 """
 
+import importlib
 import sys
 import time
 
@@ -19,7 +21,7 @@ from lights import extension  # noqa: E402
 
 TARGETS = (0.01,)
 SOLVED = 0.01  # the bake's own target: what is between vertices is told apart from it
-PARTS = 20, 24, 28, 32, 36, 40, 48
+PARTS = 20, 24, 26, 28, 29, 30, 31, 32, 36, 40, 48
 
 
 def floor():
@@ -37,7 +39,11 @@ def bake(target):
 
 
 def between(made):
-    return {"vertices": len(made.data.vertices), "between": bake(SOLVED)["between_vertices"]}
+    looks = importlib.import_module("pdm_extension.operators.baking.between_vertices")
+    usual, looks.MANY = looks.MANY, looks.MOST
+    found = {"vertices": len(made.data.vertices), "between": bake(SOLVED)["between_vertices"]}
+    looks.MANY = usual
+    return found
 
 
 def subdivided(target, **settings):

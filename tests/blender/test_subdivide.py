@@ -1,6 +1,7 @@
 """Subdivide for the Bake: the shapes stay the same, what the mesh carries is kept, there are no cracks."""
 
 import json
+import math
 
 import bmesh
 import bpy
@@ -175,6 +176,40 @@ def test_the_report_asks_for_it_and_it_is_enough(method):
 
 
 @pytest.mark.parametrize("method", ["ADAPTIVE", "UNIFORM"])
+def test_the_light_at_hand_is_not_solved_again(addon, monkeypatch, method):
+    """What a bake has kept is taken as it is; where an object has been turned in its place since, it is solved."""
+    floor, _, _ = scenes.lit_ball()
+    bake_steps, last = addon("operators.baking.bake"), addon("operators.baking.again").last
+    light, finish = addon("operators.light_at_hand"), addon("pdm_core.signs_of_life").finish
+    solve, solved = light.solve_steps, []
+    monkeypatch.setattr(light, "solve_steps", lambda *words: solved.append(True) or solve(*words))
+    report = finish(bake_steps.bake_steps(bpy.context, bake_steps.BakeSettings(target_error=0.05), last=last))
+    names = {entry["name"] for entry in report["objects"] if entry["baked"]}
+    found = finish(light.light_steps(bpy.context, report, names, lambda: False))[2]
+    assert found is last.solution and not solved
+    floor.rotation_euler.z = np.pi / 8
+    bpy.context.view_layer.update()
+    found = finish(light.light_steps(bpy.context, report, names, lambda: False))[2]
+    assert found is not last.solution and solved
+    floor.rotation_euler.z = 0
+    assert finish(addon("operators.subdivide").subdivide_steps(bpy.context, method))[0] > 0
+    assert len(solved) == 1
+    last.drop()
+
+
+def test_parts_are_the_fewest_that_are_enough(addon):
+    """Of a light whose error between vertices is known; the report had it from a few points, 2 times off."""
+    uniform = addon("operators.uniform")
+    truth = lambda n: 0.2 * n**-1.5  # noqa: E731
+    wrong = [(1, truth(1)), *((n, 2 * truth(n)) for n in (2, 4, 8, 16))]
+    known, times = {1: truth(1)}, uniform.needed([wrong], [1.0], 0.01)
+    for _ in range(uniform.LOOKS):
+        known[int(times[0])] = truth(times[0])
+        times = uniform.needed([sorted(known.items())], [1.0], 0.01)
+    assert times.tolist() == [math.ceil((0.2 / 0.01) ** (1 / 1.5))] and int(times[0]) in known
+
+
+@pytest.mark.parametrize("method", ["ADAPTIVE", "UNIFORM"])
 def test_the_budget_is_kept(method):
     scenes.lit_ball()
     bake()
@@ -191,8 +226,9 @@ def test_it_ends_at_the_time_limit_or_by_a_wish(addon, monkeypatch, by):
     report, adaptive = bake(), addon("operators.adaptive")
     before = len(floor.data.vertices) + len(ball.data.vertices)
     if by == "limit":
-        solve = adaptive.solve_steps
-        monkeypatch.setattr(adaptive, "solve_steps", lambda scene, target, limit, enough: solve(scene, target))
+        light = addon("operators.light_at_hand")
+        solve = light.solve_steps
+        monkeypatch.setattr(light, "solve_steps", lambda scene, target, limit, enough: solve(scene, target))
         report["settings"]["time_limit"] = 1e-9
     steps = adaptive.adaptive_steps(bpy.context, report, 10_000, enough=lambda: by == "wish")
     _, added, short = addon("pdm_core.signs_of_life").finish(steps)
@@ -315,7 +351,7 @@ def test_uniform_after_adaptive_keeps_the_sphere(addon, shapes_of):
 
 def test_few_vertices(addon):
     """The errors' root sum of squares is below the target, and no object could do with fewer parts."""
-    needed = addon("operators.subdivide").needed
+    needed = addon("operators.uniform").needed
     errors, faces = np.array([0.3, 0.04, 0.0001, 0.2]), np.array([1.0, 500, 8, 30])
     curves = [[(1, error), *((n, error / n**2) for n in (2, 4, 8))] for error in errors]
 
