@@ -19,7 +19,8 @@ TICK = 0.002  # s between timer events: hardly a wait between slices
 SLICE = 0.085  # s of work in each, at most where the next step takes no longer than the last: input waits no longer
 DRAWING = 0.1  # share of the time that drawing the progress may take
 DRAWN = 0.2, 5.0  # s, least and most from one drawing to the next
-SMOOTHED = 0.2  # weight of the last wait between slices in their mean
+TWICE = 2  # slices after which Blender draws, as it finds out only then what is under the mouse
+GROWTH = 1.2  # of what waits between slices are thought to take, at most, from one to the next
 SOLVING = 0.9  # of the bar; the rest is reading and evaluating
 CANCELS = "Esc cancels"
 AFTER = "Evaluating", "Checking"  # stages after solving
@@ -107,8 +108,8 @@ class Steps(Idle):
     def invoke(self, context, event):
         self.in_window = True
         self.steps = self.make_steps(context)
-        self.stopped_at, self.wait = time.perf_counter(), 0.0
-        self.is_drawn = True  # of itself, as a button was pressed: that tells what drawing takes
+        self.stopped_at = self.drawn_at = time.perf_counter()  # of itself, as a button was pressed
+        self.usual, self.lost, self.since = TICK, 0.0, 0
         timer = context.window_manager.event_timer_add(TICK, window=context.window)
         current.begin(self.steps, timer, self.target, self.can_keep)
         context.window_manager.modal_handler_add(self)
@@ -144,19 +145,23 @@ class Steps(Idle):
         """One slice of the work; StopIteration carries the result."""
         start = time.perf_counter()
         waited = start - self.stopped_at
-        if self.is_drawn:  # what was waited more than otherwise went into it
-            least, most = DRAWN
-            self.draw_at = start + min(max((waited - self.wait) / DRAWING, least), most)
-        else:
-            self.wait += SMOOTHED * (waited - self.wait)
-        now = last = start
-        while 2 * now - last < start + SLICE:
+        self.usual = min(waited, GROWTH * self.usual)
+        self.lost += waited - self.usual  # to drawing
+        least, most = DRAWN
+        is_due = start - self.drawn_at > min(max(self.lost / DRAWING, least), most)
+        # input waits for what is drawn too: there, no more than a step
+        limit = 0.0 if is_due or self.since < TWICE else SLICE
+        now = start
+        while True:
             current.at(next(self.steps))
             last, now = now, time.perf_counter()
+            if 2 * now - last > start + limit:
+                break
         self.stopped_at = now
-        self.is_drawn = now >= self.draw_at  # a new stage waits too: a short bake has five
-        current.slices.append(self.stopped_at - start)
-        if self.is_drawn:
+        self.since += 1
+        current.slices.append(now - start)
+        if is_due:  # a new stage waits too: a short bake has five
+            self.drawn_at, self.lost, self.since = now, 0.0, 0
             redraw_sidebars(context)
             context.workspace.status_text_set(status())
 
