@@ -142,18 +142,12 @@ def _cone(count, axis, half):
 def _within_cone(facets, apex, axis, half):
     """Facets, and balls, which the cone may meet."""
     low, high = facets.boxes
-    reach = np.linalg.norm(facets.ball_linear, axis=(1, 2))
-    out = []
-    for centre, radius in (
-        ((low + high).T / 2, np.linalg.norm(high - low, axis=0) / 2),
-        (facets.ball_centre, reach),
-    ):
-        offset = centre - apex
-        distance = np.linalg.norm(offset, axis=1)
-        angle = np.arctan2(np.linalg.norm(np.cross(offset, axis), axis=1), offset @ axis)
-        wide = np.arcsin(np.clip(radius / np.maximum(distance, 1e-300), 0.0, 1.0))
-        out.append(np.flatnonzero((distance <= radius) | (angle <= half + wide + 1e-9)))
-    return out
+    radius, offset = np.linalg.norm(high - low, axis=0) / 2, (low + high).T / 2 - apex
+    distance = np.linalg.norm(offset, axis=1)
+    angle = np.arctan2(np.linalg.norm(np.cross(offset, axis), axis=1), offset @ axis)
+    wide = np.arcsin(np.clip(radius / np.maximum(distance, 1e-300), 0.0, 1.0))
+    some = np.flatnonzero((distance <= radius) | (angle <= half + wide + 1e-9))
+    return some[some < facets.count], some[some >= facets.count] - facets.count
 
 
 def on_facets(facets, some, apex, rays):

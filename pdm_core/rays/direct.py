@@ -121,9 +121,8 @@ class Shares:
                 pairs = np.flatnonzero((point >= some[0]) & (point <= some[-1]))
                 pairs = pairs[np.argsort(point[pairs], kind="stable")]
                 whose, which = rest[pairs // few], point[pairs]
-                mine = receivers.take(whose)
-                value = self._of_each(source, place, normal, mine, which) * weight[which]
-                got = value * self._visible(source, place[some], mine, which - some[0])
+                value = self._of_each(source, place, normal, receivers.take(whose), which) * weight[which]
+                got = value * self._visible(source, place[some], receivers, which - some[0], whose)
                 self.counts["shadow rays"] += len(pairs)
                 for c in range(3):
                     seen[:, c] += np.bincount(whose, got if tint is None else got * tint[which, c], n)
@@ -154,19 +153,20 @@ class Shares:
         n = len(receivers)
         seen, given, half, total_half = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((2, n)), np.zeros((2, n))
         square = np.zeros(n)
-        for some in batches(len(place), n, self.facets):
-            value = self._values(source, place[some], None if normal is None else normal[some], receivers)
+        for some, mine in _blocks(len(place), n, self.facets):
+            part = receivers.take(mine)
+            value = self._values(source, place[some], None if normal is None else normal[some], part)
             value *= weight[some, None]
             point, who = np.nonzero(value)
             got = np.zeros_like(value)
-            got[point, who] = value[point, who] * self._visible(source, place[some], receivers.take(who), point)
+            got[point, who] = value[point, who] * self._visible(source, place[some], part, point, who)
             self.counts["shadow rays"] += len(who)
             for light, sums in ((got, seen), (value, given)):
-                sums += light.sum(axis=0)[:, None] if tint is None else light.T @ tint[some]
-            square += (value**2).sum(axis=0)
+                sums[mine] += light.sum(axis=0)[:, None] if tint is None else light.T @ tint[some]
+            square[mine] += (value**2).sum(axis=0)
             for h in range(2):
-                half[h] += got[some % 2 == h].sum(axis=0)
-                total_half[h] += value[some % 2 == h].sum(axis=0)
+                half[h, mine] += got[some % 2 == h].sum(axis=0)
+                total_half[h, mine] += value[some % 2 == h].sum(axis=0)
             yield
         plain, total = half.sum(axis=0), total_half.sum(axis=0)
         nothing = total <= 0
@@ -215,15 +215,24 @@ class Shares:
             out[part] = self._values(source, place[j : j + 1], own, receivers.take(part))[0]
         return out
 
-    def _visible(self, source, place, receivers, which):
-        """(n,) Whether receivers see which (n,) of places (k, 3) of a source; sorted by them."""
+    def _visible(self, source, place, receivers, which, who):
+        """(n,) Whether receivers who (n,) see which (n,) of places (k, 3) of a source; sorted by these."""
         facets = source.blockers or self.facets
         if source.distant:
             cuts = np.searchsorted(which, np.arange(1, len(place)))
-            parts = zip(place, np.split(np.arange(len(which)), cuts))
+            parts = zip(place, np.split(who, cuts))
             seen = [along(facets, one[None], receivers.take(some)).facet == NOTHING for one, some in parts]
             return np.concatenate(seen)
-        return seen_from(facets, place - facets.centre, receivers, which, source.skip)
+        return seen_from(facets, place - facets.centre, receivers, which, who, source.skip)
+
+
+def _blocks(points, receivers, facets):
+    """Yields index arrays of points and receivers that are worked out together, until each has been with all: few of
+    those of which there are fewer, from which the others are seen."""
+    all_points, all_receivers = np.arange(points), np.arange(receivers)
+    if receivers < points:
+        return ((all_points, some) for some in batches(receivers, points, facets))
+    return ((some, all_receivers) for some in batches(points, receivers, facets))
 
 
 def of_few(share, number):

@@ -101,10 +101,13 @@ class Facets:
 
     @cached_property
     def boxes(self):
-        """low, high (3, m) m of the facets."""
+        """low, high (3, m + b) m of the facets and the balls."""
         corners = [self.origin, self.origin + self.u, self.origin + self.v]
         corners.append(np.where(self.triangle[:, None], corners[0], corners[1] + self.v))
-        return np.minimum.reduce(corners).T.copy(), np.maximum.reduce(corners).T.copy()
+        reach = np.linalg.norm(self.ball_linear, axis=2)
+        low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
+        low = np.concatenate([low, self.ball_centre - reach])
+        return low.T.copy(), np.concatenate([high, self.ball_centre + reach]).T.copy()
 
     @property
     def count(self):

@@ -1,4 +1,6 @@
-"""Whether points are seen from others: the scene is projected from each of these onto a cube about it."""
+"""Whether points see others: the scene is projected from each onto a cube about it, from whichever are fewer."""
+
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -7,56 +9,76 @@ from .bundles import linear
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
 
-FAR = 1e-9  # part of its distance that a lamp's point is nearer than
-OUTSIDE = 1e-9  # of a ball: what is further out than this is not within it
 
-
-def seen_from(facets, centres, receivers, which, skip=-1):
-    """(n,) Whether nothing stands between receivers and which (n,) of centres (k, 3) m; skip: a shape that hides
-    nothing."""
-    out = np.ones(len(receivers), bool)
-    if not len(receivers):
-        return out
-    offset = receivers.points - centres.take(which, axis=0)
+def seen_from(facets, points, receivers, point, who, skip=-1):
+    """(n,) Whether nothing stands between points (k, 3) m, `point` (n,) of them, and receivers who (n,); skip: a shape
+    that hides nothing. The fewer of the two are at most as many as grid.batches tells."""
+    out, ends = np.ones(len(who), bool), (points, receivers.points)
+    which, kept = (point, who), (np.full(len(who), facets.tolerance), receivers.start.take(who))
+    near = int(len(receivers) < len(points))
+    far = 1 - near
+    pairs = _Pairs(
+        which[near],
+        ends[far].take(which[far], axis=0),
+        np.maximum(kept[near], facets.tolerance),
+        np.maximum(kept[far], facets.tolerance),
+        receivers.own.take(who),
+        receivers.inside.take(who),
+    )
+    offset = pairs.target - ends[near].take(pairs.which, axis=0)
     size = np.abs(offset)
     axis = size.argmax(axis=1)
-    positive = offset[np.arange(len(offset)), axis] > 0
-    for a in range(3):
-        for sign in (1.0, -1.0):
-            some = np.flatnonzero((axis == a) & (positive == (sign > 0)))
-            if len(some):
-                plane = np.zeros((3, 3))
-                plane[0, (a + 1) % 3] = plane[1, (a + 2) % 3] = 1.0
-                plane[2, a] = sign
-                seen = _Seen(facets, centres, plane, receivers.take(some), which[some], skip)
-                out[some] = ~seen.hidden()
+    face = 2 * axis + (np.take_along_axis(offset, axis[:, None], axis=1)[:, 0] > 0)
+    for number in np.unique(face):
+        a, positive = divmod(int(number), 2)
+        plane = np.zeros((3, 3))
+        plane[0, (a + 1) % 3] = plane[1, (a + 2) % 3] = 1.0
+        plane[2, a] = 1.0 if positive else -1.0
+        some = np.flatnonzero(face == number)
+        out[some] = ~_Seen(facets, ends[near], plane, pairs.take(some), skip).hidden()
     return out
 
 
-class _Seen:
-    """Of receivers before one face of a cube about their centres: plane (3, 3), its axes; otherwise as seen_from."""
+@dataclass
+class _Pairs:
+    """which (n,) centre each is seen from, target (n, 3) m, first and last (n,) m: what hides it is further than that
+    from the centre and from the target; own, inside (n,): as those of receivers."""
 
-    def __init__(self, facets, centres, plane, receivers, which, skip):
-        self.facets, self.receivers = facets, receivers
-        a, b, c = plane @ (receivers.points - centres.take(which, axis=0)).T
+    which: np.ndarray
+    target: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    own: np.ndarray
+    inside: np.ndarray
+
+    def take(self, index):
+        """Those of the index."""
+        return _Pairs(*(getattr(self, one.name)[index] for one in fields(self)))
+
+
+class _Seen:
+    """Of _Pairs before one face of a cube about their centres (k, 3): plane (3, 3), its axes."""
+
+    def __init__(self, facets, centres, plane, pairs, skip):
+        self.pairs, shape = pairs, facets.shape
+        m, k, which = facets.count, len(centres), pairs.which
+        a, b, c = plane @ (pairs.target - centres.take(which, axis=0)).T
         self.x, self.y = a / c, b / c
-        m, shape, k = facets.count, facets.shape, len(centres)
-        before = _between(facets, centres, plane, receivers)
-        self.inverse, *flat = _projective(facets, centres, plane, before)
-        flat[0][:, np.tile(shape[before] == skip, k)] = np.inf
-        ball = _ball_cones(facets, centres, plane)
-        ball[0][:, np.tile(shape[m:] == skip, k)] = np.inf
-        boxes = [np.concatenate(both, axis=1) for both in zip(flat, ball)]
-        self.flats = len(before) * k
+        before = _between(facets, centres, plane, pairs.target)
+        before = before[shape[before] != skip]
+        flat, ball = np.split(before, [np.searchsorted(before, m)])
+        self.inverse, *boxes = _projective(facets, centres, plane, flat)
+        boxes = [np.concatenate(both, axis=1) for both in zip(boxes, _ball_cones(facets, centres, plane, ball - m))]
+        self.flats = len(flat) * k
         self.candidates = side_by_side(self.x, self.y, *boxes, which, k, self.flats)
-        start = (centres[:, None] - facets.ball_centre).reshape(-1, 3)
-        inverse = np.tile(facets.ball_inverse, (k, 1, 1))
+        start = (centres[:, None] - facets.ball_centre[ball - m]).reshape(-1, 3)
+        inverse = np.tile(facets.ball_inverse[ball - m], (k, 1, 1))
         self.quadrics = Quadrics(inverse, start, np.zeros((3, 3)), plane.T, True)
-        self.triangle, self.shape = np.tile(facets.triangle[before], k), np.tile(shape[before], k)
-        self.ball_shape = np.tile(shape[m:], k)
+        self.triangle, self.shape, self.ball_shape = (
+            np.tile(values, k) for values in (facets.triangle[flat], shape[flat], shape[ball])
+        )
         length = np.sqrt(1 + self.x**2 + self.y**2)
-        # what ends before the receiver by as much as it keeps from its own surface hides it; layers are further apart
-        self.limit = 1 / np.maximum(c - np.maximum(receivers.start, facets.tolerance) / length, 1e-300)
+        self.near, self.far = pairs.first / length, np.maximum(c - pairs.last / length, 1e-300)
 
     def hidden(self):
         """(n,)"""
@@ -70,33 +92,29 @@ class _Seen:
         return out
 
     def _behind_flat(self, r, k):
-        """(h,) Those of receivers r (p,) that facets k (p,) hide."""
+        """(h,) Those of pairs r (p,) that facets k (p,) hide."""
         xr, yr = self.x.take(r), self.y.take(r)
-        w = linear(self.inverse[2], k, xr, yr)
-        keep = np.flatnonzero((w > self.limit.take(r)) & (self.receivers.own.take(r) != self.shape.take(k)))
+        w = linear(self.inverse[2], k, xr, yr)  # 1 / depth
+        keep = np.flatnonzero((w * self.far.take(r) > 1) & (self.pairs.own.take(r) != self.shape.take(k)))
         r, k, xr, yr, w = r[keep], k[keep], xr[keep], yr[keep], w[keep]
         s, t = (linear(row, k, xr, yr) for row in self.inverse[:2])
         most = np.where(self.triangle.take(k), s + t, np.maximum(s, t))
-        return r[(s >= 0) & (t >= 0) & (most <= w)]
+        return r[(s >= 0) & (t >= 0) & (most <= w) & (w * self.near.take(r) < 1)]
 
     def _behind_balls(self, r, k):
-        """(h,) Those of receivers r (p,) that balls k (p,) hide."""
+        """(h,) Those of pairs r (p,) that balls k (p,) hide."""
         near, far = self.quadrics.ends(k, self.x.take(r), self.y.take(r))
-        end = 1 / self.limit.take(r) * (1 - FAR)
-        least = FAR * end
-        through = ((near > least) & (near < end)) | ((far > least) & (far < end))
-        own = self.receivers.own.take(r) == self.ball_shape.take(k)
-        # from within a ball all that is outside is hidden by it
-        outside = self.receivers.inside.take(r) & (self.quadrics.c.take(k) > OUTSIDE)
-        return r[np.where(own, outside, through)]
+        least, most = self.near.take(r), self.far.take(r)
+        through = ((near > least) & (near < most)) | ((far > least) & (far < most))
+        # from without nothing that is ahead is behind one's own ball
+        return r[through & ((self.pairs.own.take(r) != self.ball_shape.take(k)) | self.pairs.inside.take(r))]
 
 
-def _between(facets, centres, plane, receivers):
-    """(k,) Facets that may come between points and the receivers, which lie before them: plane (3, 3), axes of the one
-    face of a cube about each through which they are seen."""
+def _between(facets, centres, plane, targets):
+    """(k,) Facets and balls that may come between centres (k, 3) and targets (n, 3) m, which lie before them: plane
+    (3, 3), axes of the one face of a cube about each through which they are seen."""
     first, last = centres.min(axis=0), centres.max(axis=0)
-    low = np.minimum(receivers.points.min(axis=0), first)
-    high = np.maximum(receivers.points.max(axis=0), last)
+    low, high = np.minimum(targets.min(axis=0), first), np.maximum(targets.max(axis=0), last)
     least, most = facets.boxes
     axis = int(np.abs(plane[2]).argmax())
     sign = plane[2, axis]
@@ -146,11 +164,11 @@ def _from_all(centres, plane, points):
     return ((plane @ points.T)[:, None] - (plane @ centres.T)[:, :, None]).reshape(3, -1)
 
 
-def _ball_cones(facets, centres, plane):
-    """Boxes low, high (2, k b) of balls seen from each of the centres in turn; all, where the box about one is not
-    before it."""
-    middle = _from_all(centres, plane, facets.ball_centre)
-    reach = np.linalg.norm(np.einsum("ai,bij->abj", plane, facets.ball_linear), axis=2)
+def _ball_cones(facets, centres, plane, some):
+    """Boxes low, high (2, k b) of balls `some` (b,) seen from each of the centres in turn; all, where the box about one
+    is not before it."""
+    middle = _from_all(centres, plane, facets.ball_centre[some])
+    reach = np.linalg.norm(np.einsum("ai,bij->abj", plane, facets.ball_linear[some]), axis=2)
     reach = np.tile(reach, len(centres))
     near = middle[2] - reach[2]
     ahead = near > 0

@@ -124,7 +124,7 @@ def _pairs(facets):
     shapes = np.flatnonzero(number)
     if not len(shapes):
         return
-    low, high = facets.boxes
+    low, high = (corner[:, : facets.count] for corner in facets.boxes)
     begin = facets.first[shapes]
     low, high = np.minimum.reduceat(low, begin, axis=1).T, np.maximum.reduceat(high, begin, axis=1).T
     i, j = (shapes[k] for k in near(low, high, facets.tolerance))

@@ -71,18 +71,19 @@ def test_the_nearest_shape_is_met(count, planes, balls, each):
     assert (right >= 0).any()
 
 
-@pytest.mark.parametrize("count", (1, 5))
+@pytest.mark.parametrize("count, others", ((1, 500), (5, 500), (500, 1), (500, 5)))
 @pytest.mark.parametrize("planes, balls", ((40, 0), (0, 30), (30, 30)))
-def test_what_stands_between_hides(planes, balls, count):
+def test_what_stands_between_hides(planes, balls, count, others):
+    """Whether there are few points or few receivers."""
     rng = np.random.default_rng(planes)
     shapes, scene = heap(rng, planes, balls)
-    facets, receivers, centres = Facets(scene), free(rng, 500), rng.uniform(-1, 1, (count, 3))
-    which = rng.integers(0, count, 500)
+    facets, receivers, centres = Facets(scene), free(rng, others), rng.uniform(-1, 1, (count, 3))
+    which, who = (rng.integers(0, n, 500) for n in (count, others))
     about = Receivers(receivers.points - facets.centre, *list(vars(receivers).values())[1:])
-    seen = seen_from(facets, centres - facets.centre, about, which)
-    to = centres[which] - receivers.points
+    seen = seen_from(facets, centres - facets.centre, about, which, who)
+    to = centres[which] - receivers.points[who]
     far = np.linalg.norm(to, axis=1, keepdims=True)
-    hit = nearest(shapes, receivers.points, to / far)
+    hit = nearest(shapes, receivers.points[who], to / far)
     back = nearest(shapes, centres[which], -to / far)
     assert seen[hit < 0].all() and seen.any() and not seen.all()
     # what is met from either end alone may lie beyond the other
