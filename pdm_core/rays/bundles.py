@@ -40,7 +40,7 @@ class Receivers:
     def take(self, index):
         """Those of the index."""
         parts = self.points, self.normals, self.own, self.start, self.inside, self.surface
-        return Receivers(*(a[index] for a in parts))
+        return Receivers(*(a.take(index, axis=0) for a in parts))
 
 
 @dataclass
@@ -116,11 +116,11 @@ def _described(facets, facet, at, best, direction, cosine, receivers):
     r = np.flatnonzero(facet >= m)
     if len(r):
         k = facet[r] - m
-        place = receivers.points[r] + best[r, None] * direction[r]
-        local = np.einsum("nij,nj->ni", facets.ball_inverse[k], place - facets.ball_centre[k])
+        ray, inverse = direction.take(r, axis=0), facets.ball_inverse.take(k, axis=0)
+        place = receivers.points.take(r, axis=0) + best[r, None] * ray
+        local = np.einsum("nij,nj->ni", inverse, place - facets.ball_centre.take(k, axis=0))
         at[r] = Sphere.to_chart(local)
-        out = np.einsum("nji,nj->ni", facets.ball_inverse[k], local)
-        front[r] = np.einsum("ni,ni->n", direction[r], out) < 0
+        front[r] = np.einsum("ni,ni->n", ray, np.einsum("nji,nj->ni", inverse, local)) < 0
     return Hits(facet, at, front, cosine)
 
 

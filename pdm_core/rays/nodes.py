@@ -194,7 +194,8 @@ class Nodes:
         local = np.flatnonzero(facet < self.facets.count)
         chart = self.facets.chart.take(facet[local], axis=0)
         at = at.astype(float)
-        at[local] = chart[:, :, 0] + chart[:, :, 1] * at[local, :1] + chart[:, :, 2] * at[local, 1:]
+        there = at.take(local, axis=0)
+        at[local] = chart[:, :, 0] + chart[:, :, 1] * there[:, :1] + chart[:, :, 2] * there[:, 1:]
         return np.clip(at, 0.0, 1.0)
 
     def surplus(self, value, uneven):

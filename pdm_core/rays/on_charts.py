@@ -40,11 +40,12 @@ class OnCharts:
         local = np.empty((len(own), 3))
         for kind, some in self._by_kind(own):
             local[some] = kind.from_chart(at[some])
-        return self.origin[own] + np.einsum("nij,nj->ni", self.linear[own], local)
+        return self.origin.take(own, axis=0) + np.einsum("nij,nj->ni", self.linear.take(own, axis=0), local)
 
     def places(self, own, points):
         """Places (n, 2) of points (n, 3) m of surfaces own (n,)."""
-        local, at = np.einsum("nij,nj->ni", self.inverse[own], points - self.origin[own]), np.empty((len(own), 2))
+        local = np.einsum("nij,nj->ni", self.inverse.take(own, axis=0), points - self.origin.take(own, axis=0))
+        at = np.empty((len(own), 2))
         for kind, some in self._by_kind(own):
             at[some] = kind.to_chart(local[some])
         return np.clip(at, 0.0, 1.0)

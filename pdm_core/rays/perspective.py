@@ -53,7 +53,7 @@ class _Pairs:
 
     def take(self, index):
         """Those of the index."""
-        return _Pairs(*(getattr(self, one.name)[index] for one in fields(self)))
+        return _Pairs(*(getattr(self, one.name).take(index, axis=0) for one in fields(self)))
 
 
 class _Seen:

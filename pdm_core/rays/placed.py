@@ -49,7 +49,7 @@ class Placed(Receivers):
     def reorder(self, index):
         """Makes the n-th place that of index[n] (n,)."""
         for name, value in vars(self).items():
-            setattr(self, name, value[index])
+            setattr(self, name, value.take(index, axis=0))
 
 
 def at_hits(facets, facet, front, place):

@@ -15,10 +15,11 @@ SHARES = {"rays": 0.6, "shadows": 0.25, "nodes": 0.55, "sent": 0.5}  # of the er
 REACHED = 0.95  # of the target: what is worked towards
 STEP = 32  # of directions where colours are read
 MORE = 1.25  # times as many directions of the nodes at least, as all their rays begin anew
+SPARE = 1.15  # times as small as its share the error of these becomes, lest they begin anew for a little once more
 MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
 HALVED = 0.7  # of the error of cells, what halves of them leave
 HELPS = 0.9  # of the square of the error: what is left at most where it is worth a round
-KEPT_WHOLE = 0.02  # of the square of the error: cells that make no more are not halved
+KEPT_WHOLE = 0.05  # of the square of the error: cells that make no more are not halved
 
 
 def improve(check):
@@ -54,7 +55,7 @@ def excess_of(check):
 def finer_directions(state, excess):
     """How many directions of the nodes, whose error is so many times too large, are enough; None where memory has no
     room for more."""
-    more = max(min(excess, MOST_MORE[1]) ** (1 / POWER), MORE)
+    more = max(min(SPARE * excess, MOST_MORE[1]) ** (1 / POWER), MORE)
     count = int(np.ceil(len(state.traced.directions) * more))
     count += count % 2
     return None if Traced.bytes_for(len(state.nodes), count) > RAY_MEMORY else count
