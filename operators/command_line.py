@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import os
 import sys
 import time
@@ -64,7 +65,12 @@ def main(argv):
 
 @contextmanager
 def _whole(path):
-    """A name beside path to write to, which takes its place once all is written: no half file is left."""
+    """A name beside path to write to, which takes its place once all is written: no half file is left. What is no file
+    (/dev/stdout, a pipe) is written to as it is, and links stay."""
+    path = os.path.realpath(path)
+    if os.path.exists(path) and not os.path.isfile(path):
+        yield path
+        return
     part = f"{path}.part{os.path.splitext(path)[1]}"
     try:
         yield part
@@ -191,6 +197,8 @@ def _parse(argv):
         folder = os.path.dirname(os.path.abspath(path))
         if not os.path.isdir(folder):
             options.usage_error(f"the folder {folder} does not exist; make it first")
+        if os.path.isdir(path):
+            options.usage_error(f"{path} is a folder; name a file in it")
     if bpy.data.filepath:
         paths = [path for path in (options.report, options.image, bpy.data.filepath, options.output) if path]
         if options.output and os.path.realpath(options.output) == os.path.realpath(bpy.data.filepath):
@@ -322,7 +330,7 @@ def _add_convergence(commands):
 def _number(low, high=float("inf")):
     def number(text):
         value = float(text)
-        if not low <= value <= high:
+        if not (low <= value <= high and math.isfinite(value)):
             raise argparse.ArgumentTypeError(f"{text} is not between {low} and {high}")
         return value
 

@@ -41,7 +41,8 @@ def aims(scene):
         surface, far = _first_met(blocking, at - facets.centre, rays)
         if np.isinf(far).all():
             apex, axis, half = light.beam or (at, axis, half)
-            if blocking is facets and not _any_within(facets, apex - facets.centre, axis, half):
+            aimed = half < np.pi and blocking is facets  # what shines all around is turned away from nothing
+            if aimed and not _any_within(facets, apex - facets.centre, axis, half):
                 out.append(Aim(k))
             continue
         share = light.power_along(rays)

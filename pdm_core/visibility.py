@@ -88,7 +88,7 @@ class Shafts:
     def _near_axis(self, centre, radius, sb):
         """False where the shape's bounding sphere misses the hull of spheres (p, 3), (p,) and those around sb (p,)."""
         axis, wider = self.centre[sb] - centre, (self.radius[sb] - radius)[:, None]
-        length = np.maximum(np.sqrt(np.einsum("pi,pi->p", axis, axis)), 1e-300)[:, None]
+        length = np.maximum(np.sqrt(np.einsum("pi,pi->p", axis, axis)), TINY * self.eps)[:, None]
         # as products of matrices; what they lose to rounding is below a hundredth of eps
         middle, axis = self.centre.mean(axis=0), axis / length
         shapes, centre = self.centre - middle, centre - middle

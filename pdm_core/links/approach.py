@@ -95,23 +95,26 @@ def link_steps(scene, target_error, time_limit, enough=lambda: False):
     begun = time.perf_counter()
     set_up = in_thread(Approach, scene, target_error)
     approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun, None))
+    stopped = False
     for _ in approach.steps():
         yield approach.check.error, approach.elapsed(), approach.best
-        if approach.best and enough():
-            break
-        if is_over(time_limit, approach.elapsed(), approach.best is not None):
+        has_solution = approach.best is not None
+        stopped = is_over(time_limit, approach.elapsed(), has_solution) or (has_solution and bool(enough()))
+        if stopped:
             break
     solution = approach.best
     if solution is None:
         raise SceneError(f"{FULL} and nothing was reached; {SMALLER}")
     solution.seconds, solution.history = approach.elapsed(), list(approach.history)
     memory = approach.refinement.cramped or approach.transport.full
-    solution.warnings = [*contacts_of(approach.transport.scene).warnings, *warnings_of(solution, memory, target_error)]
+    missed = warnings_of(solution, memory, target_error, stopped)
+    solution.warnings = [*contacts_of(approach.transport.scene).warnings, *missed]
     return solution
 
 
-def warnings_of(solution, memory, target_error):
-    """[sentence] of what was missed of the target; memory: whether its bound kept something from being refined."""
+def warnings_of(solution, memory, target_error, stopped):
+    """[sentence] of what was missed of the target; memory: whether its bound kept something from being refined;
+    stopped: whether that ended before there was nothing left to try."""
     check, names = solution._check, [repr(surface.name) for surface in solution.scene.surfaces]
     if solution.error > target_error and SAFETY * check.parts.get("closure", 0.0) > target_error:
         worst = np.argsort(-check.own_unclosed)[:2]
@@ -121,7 +124,8 @@ def warnings_of(solution, memory, target_error):
         )
         return [above_target(solution.error, target_error, advice)]
     if solution.error > target_error:
-        advice = f"raise the {'' if memory else 'time limit or the '}target error"
+        more = "raise the time limit or the" if stopped else "finer cells hardly help; raise the"
+        advice = f"{'raise the' if memory else more} target error"
         return [FULL] * memory + [above_target(solution.error, target_error, advice)]
     dark = np.flatnonzero(check.too_large(target_error))
     if not len(dark):
@@ -129,7 +133,7 @@ def warnings_of(solution, memory, target_error):
     named = some_of([f"{names[k]} {100 * solution.surface_errors[k]:.2g} %" for k in dark])
     return [
         f"Of their own light, dark surfaces are off by more than {OWN:g} times the target ({named}); "
-        "raise the time limit or lower the target error"
+        f"{'raise the time limit or ' * stopped}lower the target error"
     ]
 
 

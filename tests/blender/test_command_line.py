@@ -158,6 +158,30 @@ def test_files_named_twice_are_refused_before_the_work(main, saved, option, capf
     assert saved.read_bytes() == before and not png.exists()
 
 
+def test_a_folder_is_refused_before_the_work(main, saved, capfd):
+    folder = saved.with_name("folder.blend")
+    folder.mkdir()
+    for option in ("--report", "--output"):
+        assert main(["bake", option, str(folder)]) == 2
+        assert "is a folder" in capfd.readouterr().err
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no named pipes")
+def test_what_is_no_file_is_written_to_and_stays(main, saved):
+    """--report /dev/stdout put a file in the device's place where that is allowed, else failed; links lost theirs."""
+    pipe, link, report = (saved.with_name(name) for name in ("pipe", "link.json", "report.json"))
+    os.mkfifo(pipe)
+    link.symlink_to(report)
+    read = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        assert main(["bake", "--target-error", "0.5", "--report", str(pipe)]) == 0
+        assert os.read(read, 1) == b"{" and pipe.is_fifo()
+    finally:
+        os.close(read)
+    assert main(["bake", "--target-error", "0.5", "--report", str(link)]) == 0
+    assert link.is_symlink() and json.loads(report.read_text())["objects"]
+
+
 def test_a_picture_that_is_not_whole_is_a_failure(main, addon, saved, monkeypatch, capfd):
     """As on a full disk, of which Blender says nothing: an older picture stays."""
     image = saved.with_name("out.png")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from rooms import cube_planes
 
-from pdm_core import AreaLight, Mesh, PointLight, Polygon, Scene, Sphere, SpotLight, SunLight, Surface
+from pdm_core import AreaLight, Mesh, PointLight, Polygon, Scene, Sphere, SpotLight, SunLight, Surface, solve
 from pdm_core.aims import aims
 
 UP, DOWN = np.array([0.0, 0, 1]), np.array([0.0, 0, -1])
@@ -60,6 +60,15 @@ def test_small_and_far_things_are_lit(place):
     ball = Surface(Sphere.at(place([(0, 0, -30)])[0], np.linalg.norm(place([UP], 0.0)) * 0.5), 0.5)
     lamps = [area(place, (0, 0, 0), -1), spot(place, (0, 0, 0), DOWN, 2.0), area(place, (0, 0, 0), 1)]
     assert kinds(aims(Scene([ball], lights=lamps))) == [(2, False)]
+
+
+@pytest.mark.parametrize("height", [1e5, 1e7])
+def test_a_point_light_straight_above_lights_what_is_tiny_from_there(height):
+    """That all around is not quite all was taken for a cone that looks up: bakes were refused, nothing is lit."""
+    ground = floor(lambda points: np.asarray(points, float))
+    scene = Scene(ground, lights=[PointLight((0, 0, height), height**2)])
+    assert aims(scene) == []
+    assert solve(scene).radiance(0, (0, 0, 0)) == pytest.approx(0.5 / (4 * np.pi**2), rel=1e-3)
 
 
 def test_a_lamp_within_a_bulb_is_shut_in(place):

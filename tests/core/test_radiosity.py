@@ -162,7 +162,15 @@ def test_memory_is_bounded_and_said(monkeypatch):
     assert coarse._light.transport.rows.bytes <= 4 * 400**2 and coarse.error > 1e-4 and np.isfinite(coarse.error)
     full, missed = coarse.warnings
     assert "memory" in full and "above the target" in missed and "time limit" not in missed
-    assert warnings_of(coarse, True, 2 * coarse.error) == []  # what was asked for is there
+    assert warnings_of(coarse, True, 2 * coarse.error, False) == []  # what was asked for is there
+
+
+def test_more_time_is_advised_where_it_helps():
+    scene = Scene(box(0.5, [0, 1, 0, 0, 0, 0]) + [Surface(Sphere.at((1, 1, 0.6), 0.5), 0.7)])
+    coarse = finish(solve_steps(scene, 1e-4, enough=lambda: True))
+    assert "raise the time limit or the target error" in coarse.warnings[-1]
+    (tried,) = warnings_of(coarse, False, 1e-4, False)
+    assert "time limit" not in tried and "raise the target error" in tried
 
 
 def test_a_solution_that_made_room_for_a_better_one_is_not_relit(monkeypatch):
