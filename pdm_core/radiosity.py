@@ -1,6 +1,7 @@
 """The solution to a stated error: by links between cells, or by bundles of rays, as the scene asks for."""
 
 from collections import namedtuple
+from functools import partial
 
 import numpy as np
 
@@ -40,7 +41,9 @@ def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False)
         steps = ray_steps(scene, target_error, time_limit, choice.why, enough)
     else:
         steps = link_steps(scene, target_error, time_limit, enough)
-    return (yield from mapped(steps, lambda now: Progress.of(target_error, *now)))
+    solution = yield from mapped(steps, lambda now: Progress.of(target_error, *now))
+    solution.anew = partial(solve, target_error=target_error, time_limit=time_limit)
+    return solution
 
 
 def solve(scene, target_error=1e-2, time_limit=None, progress=None):

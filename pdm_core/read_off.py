@@ -11,11 +11,16 @@ from .signs_of_life import finish
 LEAST, AMONG = 64, 4  # points spread over a surface, and for each one taken, among which chance chooses
 
 
+class Unseen(SceneError):
+    """What a solution never looked at sends light in the scene that it is asked for."""
+
+
 class ReadOff:
     """Of a solution with `scene`, `surface_errors`, `surface_norms`, `incident_steps`, `estimated_error_steps`,
     `kept_steps`, and `held_steps`: the irradiance as its cells hold it, at once and roughly, without gathering."""
 
     usual_power = USUAL
+    anew = None  # of a solution by `solve`: the function of another Scene that solves it to the same target
 
     def incident(self, surface_index, points, normals=None, inward=None):
         """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side.
@@ -27,6 +32,16 @@ class ReadOff:
     def radiance(self, surface_index, points, normals=None, inward=None):
         """As incident -> outgoing radiance (n, 3)"""
         return finish(self.radiance_steps(*self._of_one(surface_index, points), normals, inward))
+
+    def relight(self, scene):
+        """The same shapes, sides and lights with other reflectance, emission, lights' colours or background -> solution
+        of that Scene, without visibility but where what was dark or black now sends light: that is solved anew."""
+        try:
+            return self.relit(scene)
+        except Unseen:
+            if self.anew is None:
+                raise
+            return self.anew(scene)
 
     def radiance_steps(self, surface, points, normals=None, inward=None, roughly=False):
         """Radiance (n, 3) at points (n, 3) m of surfaces (n,): generator of the fraction done. roughly: where

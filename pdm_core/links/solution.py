@@ -11,7 +11,7 @@ from ..checked import SceneError
 from ..contacts import settled_again
 from ..numerics import SOLVED
 from ..plan import reached_by_light
-from ..read_off import ReadOff, check_same_shapes, oriented, runs_of
+from ..read_off import ReadOff, Unseen, check_same_shapes, oriented, runs_of
 from ..signs_of_life import TICK, finish
 from .check import SAFETY
 from .kept import KeptLinks
@@ -74,8 +74,8 @@ class Solution(ReadOff):
         points, normals = oriented(points, normals)
         return self._light.in_space(points - self._light.transport.origin, normals)
 
-    def relight(self, scene):
-        """The same shapes and sides with other reflectance, emission or background -> Solution, without visibility."""
+    def relit(self, scene):
+        """See relight; Unseen where that does not tell."""
         begun = time.perf_counter()
         self._need_rows("relight")
         check_same_shapes(self.scene, scene)
@@ -107,11 +107,11 @@ def _under_other_light(old, scene):
     lit = reached_by_light(scene, transport.factors.shafts) & ~transport.reached
     if lit.any():
         name = scene.surfaces[np.flatnonzero(lit)[0]].name
-        raise SceneError(f"relight: light now comes to surface {name!r}, where there was none; solve again")
+        raise Unseen(f"relight: light now comes to surface {name!r}, where there was none; solve again")
     sends = np.flatnonzero((scene.reflectance > 0).any(axis=1) & transport.reached)
     new = np.setdiff1d(sends, transport.reflectors)
     if len(new) or ((scene.background > 0).any() and not transport.background):
-        raise SceneError("relight: a surface that was black or a background that was dark now sends light; solve again")
+        raise Unseen("relight: a surface that was black or a background that was dark now sends light; solve again")
     transport.counts = Counter()
     exact = {s: part.exact for s, part in enumerate(old.received)}
     return SolvedLight(transport, scene, old.precision, exact)

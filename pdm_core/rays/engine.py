@@ -245,7 +245,10 @@ class RayState:
         self._take_sources(relit(self.sources, scene))
         before = np.linalg.norm(self.direct, axis=1)
         self.link()
-        self.spread = self.spread * np.linalg.norm(self.direct, axis=1) / np.maximum(before, 1e-300)
+        now = np.linalg.norm(self.direct, axis=1)
+        usual = now.sum() / before.sum() if before.any() else 1.0  # of what is lost where no light was found
+        brighter = np.divide(now, before, out=np.full(len(now), usual), where=before > 0)
+        self.spread, self.unsure_lit, self.lost = (a * brighter for a in (self.spread, self.unsure_lit, self.lost))
 
 
 def met_by_rays(scene):

@@ -5,7 +5,7 @@ import numpy as np
 from ..at_once import slices
 from ..checked import SceneError
 from ..kept import KeptGroups, group
-from ..read_off import check_same_shapes
+from ..read_off import Unseen, check_same_shapes
 from ..signs_of_life import mapped
 from .beside import read_places
 from .direct import COARSE, READ, Shares
@@ -165,4 +165,4 @@ def check_light(old, reflected, scene):
     check_same_shapes(old, scene)
     shines, reflects = (scene.emission > 0).any(axis=1), (scene.reflectance > 0).any(axis=1)
     if (shines & ~(old.emission > 0).any(axis=1)).any() or (reflects & ~reflected).any():
-        raise SceneError("relight: what was dark or black now sends light; solve again")
+        raise Unseen("relight: what was dark or black now sends light; solve again")

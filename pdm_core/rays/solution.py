@@ -11,7 +11,7 @@ from ..checked import SceneError
 from ..deadline import above_target, is_over
 from ..foretell import BY_RAYS
 from ..plan import plan_by_rays
-from ..read_off import ReadOff, oriented
+from ..read_off import ReadOff, Unseen, oriented
 from ..signs_of_life import finish, in_thread, mapped
 from .beside import read_places
 from .bundles import Receivers
@@ -88,9 +88,8 @@ class RaySolution(ReadOff):
         free = Receivers(points - self._state.facets.centre, normals, np.full(n, -1), start, np.zeros(n, bool))
         return np.maximum(finish(self._state.incident(free)), 0.0)
 
-    def relight(self, scene):
-        """The same shapes and sides with other reflectance, emission, lights' colours or background -> RaySolution,
-        without visibility."""
+    def relit(self, scene):
+        """See relight; Unseen where that does not tell."""
         return _relit(self._check, self.plan, scene)
 
     def kept_steps(self, surface, points, normals=None, inward=None):
@@ -177,7 +176,7 @@ def _relit(check, plan, scene):
     if not (same and _same_links(scene, old.scene)):
         raise SceneError("relight changes the colours of lights alone; where one is moved or resized, solve again")
     if scene.background.any() and not old.scene.background.any():
-        raise SceneError("relight: the background was dark and now sends light; solve again")
+        raise Unseen("relight: the background was dark and now sends light; solve again")
     state = copy.copy(old)
     state.take_light(scene)
     finish(state.solve())

@@ -1,6 +1,7 @@
 """The solver against known answers and against an independent path tracer."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -99,7 +100,7 @@ def test_relight_agrees_with_a_new_solution():
         old.relight(Scene(box(rho, lamp)))
 
 
-def test_relight_refuses_light_where_there_was_none():
+def test_relight_solves_anew_where_there_was_no_light():
     wall, shelf = Plane((0, -3, -3), (0, 6, 0), (0, 0, 6)), Plane((-2, -1, 0), (1, 0, 0), (0, 2, 0))
     lamp = Sphere.at((2, 0, -2), 0.5)  # before the wall, below the shelf behind it
 
@@ -109,8 +110,13 @@ def test_relight_refuses_light_where_there_was_none():
 
     old = solve(scene(0.0), 1e-2)
     assert old.plan.counts["dark"] == 2 and (old.radiance(1, points_on(wall, 9, np.random.default_rng(0))) == 0).all()
+    other = Scene([replace(s, emission=float(k == 3)) for k, s in enumerate(old.scene.surfaces)])
+    relit, right = old.relight(other), solve(other, 2e-3)
+    at = points_on(wall, 40, np.random.default_rng(0)) * [1, 0.5, 0.5]
+    assert relit.error <= 1e-2 and relit.radiance(1, at) == pytest.approx(right.radiance(1, at), rel=0.05, abs=1e-4)
+    old.anew = None  # as of what is no end of a solve
     with pytest.raises(SceneError, match="rear"):
-        old.relight(scene(1.0))
+        old.relight(other)
 
 
 def test_progress_and_cancel(monkeypatch):
