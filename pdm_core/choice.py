@@ -30,4 +30,8 @@ def choose(scene, target):
         return Choice(True, f"because of {' and '.join(needs)}")
     links = PAIR * len(scene) ** 2 * (1 + BLOCKED * len(scene.shapes)) * (0.04 / target) ** FINER_LINKS
     rays = RAYS + RAYS_AT * (0.01 / target) ** FINER_RAYS
-    return Choice(rays < links, f"predicted: {rays:.2g} s by rays, {links:.2g} s by links", links, rays)
+    return Choice(rays < links, f"predicted: {_seconds(rays)} s by rays, {_seconds(links)} s by links", links, rays)
+
+
+def _seconds(value):
+    return f"{value:.2g}" if value < 99.5 else f"{value:,.0f}"

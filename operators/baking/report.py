@@ -106,7 +106,9 @@ def one_line(report):
 
 def percent(error):
     """A relative error as text; None and inf are unknown."""
-    return "unknown" if error is None or not math.isfinite(error) else f"{100 * error:.2g} %"
+    if error is None or not math.isfinite(error):
+        return "unknown"
+    return f"{100 * error:,.0f} %" if error >= 0.995 else f"{100 * error:.2g} %"
 
 
 def duration(seconds):

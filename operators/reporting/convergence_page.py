@@ -35,7 +35,7 @@ font-size:.85rem;font-variant-numeric:tabular-nums}th,td{padding:.25rem .6rem;bo
 text-align:right;white-space:nowrap}th:first-child,td:first-child,th:nth-child(2),td:nth-child(2){text-align:left}
 svg{width:100%;height:auto;display:block}svg text{fill:var(--ink);font:13px system-ui,sans-serif}
 .grid{stroke:var(--line)}figure{margin:0}.key span{margin-right:1.2em;white-space:nowrap}
-svg.sign{display:inline;width:1em;height:1em;vertical-align:-.1em}
+svg.plot{overflow:visible}svg.sign{display:inline;width:1em;height:1em;vertical-align:-.1em}
 @media(max-width:32rem){svg text{font-size:20px}.key span{white-space:normal}}
 svg.map{max-width:34rem;background:#222;border-radius:4px;margin:.4rem 0}
 .ramp{height:1rem;border-radius:3px;max-width:24rem}
@@ -96,7 +96,7 @@ def shown(error, result):
 
 
 def percent(value):
-    return "" if value is None else f"{100 * value:.0f} %" if value >= 1 else f"{100 * value:.2g} %"
+    return "" if value is None else f"{100 * value:.0f} %" if value >= 0.995 else f"{100 * value:.2g} %"
 
 
 def slope(run_seconds, errors):
@@ -159,7 +159,8 @@ def plot(result):
             line = " ".join("{:.1f},{:.1f}".format(*axes.at(*row)) for row in told)
             parts.append(f'<polyline class="m{k}" style="fill:none;stroke-dasharray:5 4" points="{line}"/>')
     label = "Relative L2 error against seconds, logarithmic; the table below has all values"
-    return f'{_key(result)}<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{label}">{"".join(parts)}</svg>'
+    size = f'viewBox="0 0 {WIDTH} {HEIGHT}"'
+    return f'{_key(result)}<svg class="plot" {size} role="img" aria-label="{label}">{"".join(parts)}</svg>'
 
 
 def _grid(axes):
@@ -180,11 +181,7 @@ def _grid(axes):
 def _floor(axes, floor):
     x, y = axes.at(10.0 ** axes.x[0], floor)
     height = HEIGHT - BOTTOM - y
-    text = "shaded: below the stated error of the tightest run, where differences tell nothing"
-    return (
-        f'<rect x="{x}" y="{y:.1f}" width="{WIDTH - LEFT - RIGHT}" height="{height:.1f}" fill="var(--shade)"/>'
-        f'<text x="{WIDTH - RIGHT - 6}" y="{y - 6:.1f}" text-anchor="end">{text}</text>'
-    )
+    return f'<rect x="{x}" y="{y:.1f}" width="{WIDTH - LEFT - RIGHT}" height="{height:.1f}" fill="var(--shade)"/>'
 
 
 def _marker(shape, x, y, k, title, is_open=False):
@@ -210,9 +207,14 @@ def _key(result):
         if method in curves(result):
             told = ", measured; dashed: stated; hollow: the reference" if method == EXACT else ""
             sign = _marker(style[2], 8, 8, k, method)
-            sign = f'<svg viewBox="0 0 16 16" class="sign" aria-hidden="true">{sign}</svg>'
-            parts.append(f"<span>{sign} {escape(method)}{told}</span>")
+            parts.append(_signed(sign, f"{escape(method)}{told}"))
+    shade = '<rect x="0" y="3" width="16" height="10" fill="var(--shade)"/>'
+    parts.append(_signed(shade, "below the stated error of the tightest run, where differences tell nothing"))
     return f'<p class="key soft">{" ".join(parts)}</p>'
+
+
+def _signed(sign, text):
+    return f'<span><svg viewBox="0 0 16 16" class="sign" aria-hidden="true">{sign}</svg> {text}</span>'
 
 
 # -- texts -----------------------------------------------------------------------------------------------------------
@@ -332,7 +334,7 @@ def _map(dots, top):
 
 def _foretold(result):
     rows = [(t, s) for t, s in result["foretold"].items() if s is not None]
-    return _items([f"{float(target):.2%}: about {seconds:.1f} s" for target, seconds in rows])
+    return _items([f"{percent(float(target))}: about {seconds:.1f} s" for target, seconds in rows])
 
 
 def _refused(result):
