@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -240,3 +241,36 @@ def test_while_something_runs_nothing_else_may(addon):
     finally:
         modal.current.stage = None
     assert bpy.ops.pdm.bake.poll() and not bpy.ops.pdm.stop.poll()
+
+
+@pytest.mark.parametrize("drawing", [0.02, 0.06, 0.3])
+def test_input_waits_neither_for_slices_nor_for_much_drawing(addon, monkeypatch, drawing):
+    """Of steps of 10 ms, where Blender takes 2 ms from slice to slice, and twice its time to draw once it was asked."""
+    modal, clock = addon("operators.modal_steps"), [0.0]
+    drawn, asked = [], []
+
+    def work():
+        while True:
+            clock[0] += 0.01
+            yield modal.Stage("Solving", 0.5, 0.1)
+
+    monkeypatch.setattr(modal.time, "perf_counter", lambda: clock[0])
+    monkeypatch.setattr(modal, "redraw_sidebars", lambda context: asked.extend([drawing] * 2))
+    monkeypatch.setattr(modal, "status", str)
+    window = SimpleNamespace(workspace=SimpleNamespace(status_text_set=lambda text: None))
+    operator = SimpleNamespace(steps=work(), stopped_at=0.0, drawn_at=0.0, usual=modal.TICK, lost=0.0, since=0)
+    asked[:], waits = [drawing] * 2, []  # a button was pressed
+    modal.current.begin(operator.steps, None)
+    try:
+        while clock[0] < 20:
+            before = clock[0]
+            modal.Steps.advance(operator, window)
+            clock[0] += 0.002
+            if asked:
+                drawn.append(asked.pop())
+                clock[0] += drawn[-1]
+            waits.append(clock[0] - before)
+    finally:
+        modal.current.__init__()
+    assert len(drawn) > 6 and sum(drawn) < 0.12 * clock[0]
+    assert max(waits) < max(0.1, drawing + 0.03)
