@@ -290,6 +290,14 @@ SENTENCES = {
     "raise the time limit or the target error": "suba o limite de tempo ou o erro pedido",
     "raise the target error": "suba o erro pedido",
     "finer rays hardly help": "mais raios quase não ajudam",
+    "finer cells hardly help": "células mais finas quase não ajudam",
+    "light comes from nothing or is lost where {} run through others":
+        "a luz vem do nada ou perde-se onde {} atravessam outras",
+    "light comes from nothing or is lost where {} and {} run through others":
+        "a luz vem do nada ou perde-se onde {} e {} atravessam outras",
+    "neither time nor memory helps": "nem tempo nem memória ajudam",
+    "part or join them, or aim at {} %": "separe-as ou junte-as, ou peça {} %",
+    "lower the target error": "baixe o erro pedido",
     "nothing was reached within {} s": "nada se alcançou em {} s",
     "time_limit": "limite de tempo",
     "the field is as fine as the memory allows": "o campo é tão fino quanto a memória permite",

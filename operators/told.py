@@ -14,6 +14,7 @@ FIRST, LAST = "\ue000", "\uf8ff"  # private characters that stand for names, whi
 LIST = re.compile(rf"(?<!\w){NAMES}(?!\w)")  # no apostrophes within words
 JOINED = "{}; {}", "{}: {}", "{}, {}", "{} and {}"  # of clauses that have entries of their own, or of values
 VALUE = re.compile(r"[^ ]*|[^a-z]*|([A-Z0-9(][^ ]* ?)+")  # what needs no entry: one word, no words, names of nodes
+OFF = re.compile(r"(\S+ ){0,4}[\d.e+,]+ %")  # an object's name and its error
 
 
 def told(text):
@@ -63,7 +64,7 @@ def _translated(line):
         if not missing:
             return found
     own = pgettext_iface(line)  # Blender's own
-    is_value = own != line or line.endswith("%")
+    is_value = own != line or OFF.fullmatch(line)
     return (own, []) if is_value else found or (line, [line])
 
 

@@ -27,7 +27,8 @@ PARTS = {
     "a map of all directions, {} pixels around", "{} was rendered once into {}: what is finer is lost",
     "Sun of world {}", "Sun of world", "lets light through", "scatters light below its surface", "is not supported",
     "it shows the baked attribute {}, which is not read: the plain value of {}", "{} is used", "multiplied into",
-    "added to", "raise the {}target error", "time limit or the", "finer rays hardly help; raise the", "{} target error",
+    "added to", "finer cells hardly help; raise the", "raise the", "raise the time limit or",
+    "finer rays hardly help; raise the", "{} target error",
     "raise the time limit or the", "it looks and what hides it", "they look and what hides them",
     "{} {} no surface that reflects, or only places too small to be sent on; check where {}",
     "is not read; save it as a single PNG, HDR or EXR and use that", "it has {}: that is left out",
@@ -35,6 +36,7 @@ PARTS = {
     "{} {} turned away from all objects: nothing is lit; turn or move {}", "Nothing is lit: {}; turn or move {}",
     "All is black: {} reflect{} nothing, whatever the light; give the materials a Base Color above black (their notes "
     "tell of shaders that are taken as black), or bake Irradiance",
+    "Of their own light, dark surfaces are off by more than {} times the target ({}); {}lower the target error",
     "{} {} right before object {} or within it: nearly all light ends on it within {} m; turn or move the light, or "
     "disable the object in renders", "Name the colour layer that the light is to be {}",
     "Nothing shines: {}add a light, give an object a material that emits, or the world a colour above black",
