@@ -245,11 +245,11 @@ def compare(row, colours, theirs):
         a, s = (w * (values[good] - mean) ** 2).sum(), (w * mean**2).sum()
         n = (w * (pair[0][good] - pair[1][good]) ** 2).sum() / 4
         apart, size, noise = apart + a, size + s, noise + n
+        bias = (w * (values[good] - mean)).sum() / max((w * mean).sum(), 1e-30)
+        each[name] = [float(np.sqrt(v / max(s, 1e-30))) for v in (a, n)] + [float(bias)]
         w = w * same[name][good, None]
         apart_elsewhere += (w * (values[good] - mean) ** 2).sum()
         size_elsewhere += (w * mean**2).sum()
-        bias = (w * (values[good] - mean)).sum() / max((w * mean).sum(), 1e-30)
-        each[name] = [float(np.sqrt(v / max(s, 1e-30))) for v in (a, n)] + [float(bias)]
     row["l2"], row["noise"] = (float(np.sqrt(v / max(size, 1e-30))) for v in (apart, noise))
     row["l2_elsewhere"] = float(np.sqrt(apart_elsewhere / max(size_elsewhere, 1e-30)))
     row["cycles"] = {"samples": theirs["samples"], "seconds": theirs["seconds"]}
