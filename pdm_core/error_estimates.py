@@ -97,6 +97,13 @@ class Residual:
         self.hangs_on_one = part.max() > LONE * part.sum()
         self._weight, self._part = weight, part
 
+    def share_of(self, pattern):
+        """How much of a pattern (k, 3) the values hold, by least squares: at most, within the deviation of so few."""
+        square, product = (pattern**2).sum(axis=1), (pattern * self.value).sum(axis=1)
+        whole = max(self._weight @ square, 1e-300)
+        share = self._weight @ product / whole
+        return abs(share) + np.linalg.norm(self._weight * (product - share * square)) / whole
+
     def by_surface(self, areas):
         """areas (n surfaces,) m^2 -> how many points lie on each, and the square of its L2 norm, as they tell (n,)"""
         count, weight, part = (

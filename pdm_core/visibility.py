@@ -35,6 +35,8 @@ class Shafts:
         self.not_behind = self._not_behind()
         self.shell = np.zeros((len(scene), len(scene.shapes)), bool)
         self.shell[contacts_of(scene).shells] = True  # its own sphere hides what reaches out of it from a surface
+        self.against = np.zeros((len(scene), len(scene.shapes)), bool)
+        self.against[contacts_of(scene).covers] = True  # where they have been parted, nothing is seen in between
 
     def _heights(self):
         """(shapes, shapes) m: least and greatest height of shape k over the plane of shape p; without end of balls p,
@@ -175,10 +177,12 @@ class Factors:
         """Indices (k,) into sources (m,), surfaces: planes, balls seen from outside, balls seen from within."""
         return [np.flatnonzero(self.kind[source] == kind) for kind in range(3)]
 
-    def facing(self, points, source):
-        """(m,) Whether points (m, 3) are before the planes of sources (m,)."""
+    def facing(self, points, surface, source):
+        """(m,) Whether points (m, 3) on surfaces (m,) (-1: free) are before the planes of sources (m,), and do not lie
+        against them."""
         front = self.front.take(source, axis=0)
-        return np.einsum("ni,ni->n", points - self.origin.take(source, axis=0), front) > self.scene.tolerance
+        ahead = np.einsum("ni,ni->n", points - self.origin.take(source, axis=0), front) > self.scene.tolerance
+        return ahead & ((surface < 0) | ~self.shafts.against[surface, self.shafts.shape[source]])
 
     def pairs(self, points, normals, surface, source, occluders=None):
         """points, normals (m, 3) on surfaces (m,) (-1: free), source surfaces (m,) -> form factors (m,)
@@ -194,7 +198,7 @@ class Factors:
         flat, ball, room = self.by_kind(source)
         x, n, corners = points.take(flat, axis=0), normals.take(flat, axis=0), self.corners.take(source[flat], axis=0)
         above = np.einsum("nki,ni->nk", corners - x[:, None], n).max(axis=1) > 0
-        keep = np.flatnonzero(self.facing(x, source[flat]) & above)
+        keep = np.flatnonzero(self.facing(x, surface[flat], source[flat]) & above)
         out[flat[keep]] = visible(flat[keep], corners.take(keep, axis=0))
         ball = ball[self.elsewhere(surface[ball], source[ball])]
         ball = ball[~self.inside(points[ball], source[ball])]

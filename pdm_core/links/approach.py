@@ -10,7 +10,7 @@ from ..deadline import above_target, is_over
 from ..each_surface import OWN
 from ..numerics import SOLVED
 from ..signs_of_life import in_thread, mapped
-from .check import SAFETY, Check
+from .check import Check
 from .light import SolvedLight
 from .refinement import Refinement
 from .solution import Solution
@@ -116,7 +116,7 @@ def warnings_of(solution, memory, target_error, stopped):
     """[sentence] of what was missed of the target; memory: whether its bound kept something from being refined;
     stopped: whether that ended before there was nothing left to try."""
     check, names = solution._check, [repr(surface.name) for surface in solution.scene.surfaces]
-    if solution.error > target_error and SAFETY * check.parts.get("closure", 0.0) > target_error:
+    if solution.error > target_error and check.parts.get("closure", 0.0) > target_error:
         worst = np.argsort(-check.own_unclosed)[:2]
         advice = (
             f"light comes from nothing or is lost where {' and '.join(names[k] for k in worst)} run through others: "

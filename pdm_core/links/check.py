@@ -18,9 +18,10 @@ ROUNDED = 0.2 * 2**-24  # of the light: what single precision costs, as a row's 
 
 
 class Check:
-    """The error of a SolvedLight, relative, in named parts; own_errors (n surfaces,): of each one's own light;
-    node_error (n sent nodes,): where it is. fresh: whether it is of the light as it is now; leaf_error (n cells,) of
-    the field as far as is known; optimism: error found by residuals, of the error the surpluses promise."""
+    """The error of a SolvedLight, relative, and the named parts that make it; own_errors (n surfaces,): of each one's
+    own light; node_error (n sent nodes,): where it is. fresh: whether it is of the light as it is now; leaf_error
+    (n cells,) of the field as far as is known; optimism: error found by residuals, of the error the surpluses
+    promise."""
 
     def __init__(self, light):
         self.light, self.looks, self.flow = light, [], None
@@ -62,7 +63,7 @@ class Check:
             self.nothing()
         else:
             self._learn(residual)
-            self.optimism = self.parts["discretisation"] / max(light.promise(self.leaf_error), 1e-300)
+            self.optimism = self.parts["discretisation"] / SAFETY / max(light.promise(self.leaf_error), 1e-300)
             self.measured = True
         self.fresh = True
 
@@ -102,7 +103,8 @@ class Check:
         def size(error):
             return norms(t.sent, np.linalg.norm(rho * t.spread(error), axis=1))
 
-        lit = t.rows.times(rho * source_defect(t.sent, light.lit))
+        self.bent = source_defect(t.sent, light.lit)
+        lit = t.rows.times(rho * self.bent)
         indirect = t.rows.times(rho * t.spread(source_defect(t.field, light.indirect)))
         received = t.rows.times(light.radiosity())
         unsolved = received - light.indirect
@@ -110,13 +112,12 @@ class Check:
         right = np.concatenate([lit, lit + indirect, unsolved, self._from_nothing(received)], axis=1)
         scatter = light.scatter(np.tile(rho, 4))
         error = (yield from gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0]
-        # bends of direct and of indirect light may cancel, but are not known well enough to rely on it
-        direct, both, rest, unclosed = (size(error[:, k : k + 3]) for k in (0, 3, 6, 9))
-        self.own_amplified = np.linalg.norm([both, ONE_SIGNED * direct, rest], axis=0)
-        self.amplified_light, self.amplified_rest, self.amplified, self.unclosed = (
-            float(np.linalg.norm(v)) / light.norm for v in (direct, rest, self.own_amplified, unclosed)
+        self.own_light, self.own_bends, self.own_unsolved, self.own_unclosed = (
+            size(error[:, k : k + 3]) for k in (0, 3, 6, 9)
         )
-        self.own_amplified, self.own_unclosed = np.hypot(self.own_amplified, unclosed), unclosed
+        self.amplified_light, self.unsolved, self.unclosed = (
+            float(np.linalg.norm(v)) / light.norm for v in (self.own_light, self.own_unsolved, self.own_unclosed)
+        )
 
     def _from_nothing(self, received):
         """(n nodes, 3) What rows make or lose of the light received by them (n nodes, 3), where shapes run through each
@@ -134,29 +135,36 @@ class Check:
 
     def _judge(self):
         """Error and its parts from the points looked at -> Residual; yields."""
-        light, found = self.light, []
-        value = light.radiosity()
+        light, sent, found, sources = self.light, self.light.transport.sent, [], []
+        value, held = light.radiosity(), np.concatenate([light.total(), self.bent], axis=1)
         for look in self.looks:
+            rho = light.scene.reflectance[look.surface]
             fine = look.rows.times(value) + look.fractions @ light.colours
-            here = light.incident(look.surface, look.points)
-            found.append(light.scene.reflectance[look.surface] * (fine - here))
+            found.append(rho * (fine - light.incident(look.surface, look.points)))
+            held_there = sent.interpolate(sent.locate(look.surface, sent.local(look.surface, look.points)), held)
+            sources.append(np.stack([rho * (fine - held_there[:, :3]), rho * held_there[:, 3:]]))
         residual = Residual(self.looks, np.concatenate(found))
         found = residual.rms / light.norm
         if self.measured:
             found = float(np.sqrt((found**2 + (self.optimism * light.promised) ** 2) / 2))
-        gain = light.gain()
+        # bends of direct and of indirect light may cancel: as far as points do not show the one's in the whole
+        sources, bent = np.concatenate(sources, axis=1)
+        uncancelled = min(ONE_SIGNED, Residual(self.looks, sources).share_of(bent))
+        self.own_amplified = np.hypot(self.own_bends, uncancelled * self.own_light)
+        self.amplified = float(np.linalg.norm(self.own_amplified)) / light.norm
+        known = found, light.sent_error * light.norm / light.scale
         self.parts = {
-            "discretisation": found,
-            "gather": gain * residual.mean / light.norm,
-            "sent": light.sent_error * light.norm / light.scale,
-            "solver": gain * light.solver_error,
+            "discretisation": SAFETY * known[0],
+            "gather": SAFETY * light.gain() * residual.mean / light.norm,
+            "sent": SAFETY * known[1],
+            # solved for, as what follows: stated as it is. Amplified beyond what is found at points, where errors of
+            # either sign are: between white planes 1.06 to 5 times the true one
+            "stiff": float(np.sqrt(max(self.amplified**2 - sum(known) ** 2, 0.0))),
+            "solver": self.unsolved,
             "closure": self.unclosed,
         }
-        # amplified beyond what is found at points, where errors of either sign are: between white planes 1.04 to 7
-        # times the true one is stated
-        known = found + self.parts["sent"]
-        self.parts["stiff"] = float(np.sqrt(max(self.amplified**2 - known**2, 0.0)))
-        self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
+        # what was not solved and what does not close may be of one sign
+        self.error = float(np.sqrt(sum(v * v for v in self.parts.values()) + 2 * self.unsolved * self.unclosed))
         yield from self._each(residual)
         return residual
 
@@ -173,7 +181,8 @@ class Check:
         self.told, self.own_promised = np.sqrt(found[1]), promised
         received = np.hypot(norms(t.sent, received), ONE_SIGNED * self.own_amplified)
         own, self.own_here, self.own_passed = each_surface.own_errors(light.shared, found, promised, received)
-        self.own_errors = SAFETY * np.where(own > 0, np.hypot(own, self.parts["solver"]), 0.0)
+        known = (self.own_unsolved + self.own_unclosed) / np.maximum(light.shared.norm, 1e-300)
+        self.own_errors = np.where(own > 0, np.hypot(SAFETY * own, known), 0.0)
         # where surpluses are, as large as what points found on the surface
         local = t.spread(flow.spread_out)[:, 0]
         found = self.own_here * light.shared.norm / np.maximum(norms(t.sent, local), 1e-300)

@@ -73,7 +73,7 @@ class FromPlanes:
     def entries(self, x, n, own, detail, tol):
         """Yields entries of Gather, and None, of points (m, 3) m, normals (m, 3), surfaces (m,) and tolerances (m,)."""
         r, s = (a.ravel() for a in np.meshgrid(np.arange(len(x)), self.flat, indexing="ij"))
-        ahead = self.factors.facing(x.take(r, axis=0), s)
+        ahead = self.factors.facing(x.take(r, axis=0), own[r], s)
         r, s = r[ahead], s[ahead]
         x, n, own, corners = x.take(r, axis=0), n.take(r, axis=0), own[r], self.factors.corners.take(s, axis=0)
         height = np.einsum("ni,ni->n", x - self.factors.origin[s], self.factors.front[s])

@@ -136,9 +136,7 @@ class SolvedLight:
         rho = self.reflectance[:, which]
         right = t.rows.times(rho * self.lit[:, which] + self.shining[:, which])
         scatter = self.scatter(rho)
-        value, steps, left = yield from gmres(scatter, right, self.indirect[:, which], tolerance)
-        # of the solution's size, which the rooms' gain has made larger than the right side
-        self.solver_error = left * np.linalg.norm(right) / max(np.linalg.norm(value), 1e-300)
+        value, steps, _ = yield from gmres(scatter, right, self.indirect[:, which], tolerance)
         self.indirect = value @ channels
         self.iterations += steps
         self._measure()

@@ -105,17 +105,17 @@ class Refinement:
         if not self.check.fresh:
             return False
         before, self.unclosed = self.unclosed, self.check.parts.get("closure", 0.0)
-        return SAFETY * self.unclosed > target and self.unclosed > LESS * before
+        return self.unclosed > target and self.unclosed > LESS * before
 
     def _straighten(self):
         """Where errors that the scene amplifies are most of all: split the cells, of direct light or of the field, over
         which the sources bend, or solve better; False where not, or where there is no more to gain; yields."""
         check, light, t = self.check, self.light, self.transport
-        if not (check.fresh and check.largest("stiff")):
-            return False
-        if check.amplified_rest > check.amplified / 2:
+        if check.fresh and check.largest("solver"):
             self.solver_share *= TIGHTER
             return self.solver_share > TIGHTEST
+        if not (check.fresh and check.largest("stiff")):
+            return False
         direct = check.amplified_light > check.amplified / 2
         f, value = (t.sent, light.lit) if direct else (t.field, light.indirect)
         bend = bends(f, light.scene.reflectance[f.node_surface] * value)
