@@ -131,6 +131,7 @@ class Check:
         if not t.background or known.sum() < len(seen):
             over = np.maximum(over, 0.0)
         over[t.missing()] = 0.0
+        over[contacts_of(t.scene).covered(t.field.points, t.field.node_surface)] = 0.0  # nobody sees them
         return (over / np.maximum(sums, 1e-300))[:, None] * received
 
     def _judge(self):
