@@ -104,8 +104,8 @@ class Refinement:
         than it was: finer cells and links do not mend it."""
         if not self.check.fresh:
             return False
-        before, self.unclosed = self.unclosed, self.check.parts.get("closure", 0.0)
-        return self.unclosed > target and self.unclosed > LESS * before
+        before, self.unclosed = self.unclosed, self.check.unclosed
+        return SAFETY * self.unclosed > target and self.unclosed > LESS * before
 
     def _straighten(self):
         """Where errors that the scene amplifies are most of all: split the cells, of direct light or of the field, over

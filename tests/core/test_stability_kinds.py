@@ -8,7 +8,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stability"))
 from fuzz import TARGET, scene  # noqa: E402
 from judge import judge  # noqa: E402
-from kinds import KINDS, Place, furnace  # noqa: E402
+from kinds import KINDS, Place, box_on_floor, boxes_side_by_side, furnace, gap, slit, stiff_room  # noqa: E402
 from variants import VARIANTS, knows  # noqa: E402
 
 SLOW = {"ball_over_cube", "maze"}  # seconds each: left to `make stability`
@@ -38,6 +38,22 @@ def test_light_that_rows_make_from_nothing_is_stated(seed):
     walls amplify that: .29 was measured where .05 was stated."""
     verdict = judge(scene, seed, target=TARGET, limit=None)
     assert verdict.holds and not verdict.refused, verdict
+
+
+@pytest.mark.parametrize("kind", [slit, boxes_side_by_side, gap, stiff_room], ids=lambda k: k.__name__)
+@pytest.mark.parametrize("seed", [101, 102])
+def test_not_much_more_is_stated_than_is_wrong(kind, seed):
+    """80 times as much was, and 5 % where all but nothing is: the worst that a solver may have left, bends of the
+    lamps' light that others cancel, and what lies between boxes in contact."""
+    verdict = judge(kind, seed)
+    assert verdict.holds and verdict.stated <= 10 * max(verdict.measured, 1e-4), verdict
+
+
+@pytest.mark.parametrize("seed", [101, 103])
+def test_a_floor_sees_nothing_of_what_lies_against_it(seed):
+    """A box of two-sided planes stands on it: far from it the floor took up to 1.2 % too much light of its base."""
+    verdict = judge(box_on_floor, seed)
+    assert verdict.measured < 1e-4, verdict
 
 
 def test_what_is_too_far_away_for_its_coordinates_is_refused_by_name():
