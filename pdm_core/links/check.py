@@ -111,7 +111,8 @@ class Check:
         unsolved += np.copysign(ROUNDED, unsolved.sum()) * light.indirect
         right = np.concatenate([lit, lit + indirect, unsolved, self._from_nothing(received)], axis=1)
         scatter = light.scatter(np.tile(rho, 4))
-        error = (yield from gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0]
+        # what is left of it may be as much of one sign as all of it is
+        error = (yield from gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0] / (1 - ROUGHLY)
         self.own_light, self.own_bends, self.own_unsolved, self.own_unclosed = (
             size(error[:, k : k + 3]) for k in (0, 3, 6, 9)
         )
