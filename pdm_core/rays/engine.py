@@ -23,6 +23,7 @@ from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import relit, sources_of
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
+NEARLY = 0.1  # relative residual of what it has left, which is solved for in its turn
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
@@ -154,11 +155,14 @@ class RayState:
         outer = self.direct + self.rows.sky
         right = self.rows.times(rho * outer + self.shining)
         guess = right.copy()
-        solving = gmres(lambda v: self.rows.times(rho * v), right, guess, SOLVED * self.target)
-        indirect, steps, _ = finish(solving)
+
+        def scatter(value):
+            return self.rows.times(rho * value)
+
+        indirect, steps, _ = finish(gmres(scatter, right, guess, SOLVED * self.target))
         self.counts["iterations"] += steps
         self.amplified = amplification(self.rows.times, rho)
-        residual = right - indirect + self.rows.times(rho * indirect)
+        residual = right - indirect + scatter(indirect)
         self.received = outer + indirect
         self.sent = rho * self.received + self.shining
         weight, reflected = self.nodes.weight, rho * self.received
@@ -173,7 +177,7 @@ class RayState:
         self.level = float(usual / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3))
         once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
-        left = rho * self.amplified[:, None] * residual
+        left = rho * finish(gmres(scatter, residual, residual.copy(), NEARLY))[0] / (1 - NEARLY)
         self.left = np.sqrt((weight * (left**2).sum(axis=1)).sum()) / max(self.norm, 1e-300)
         self.surplus = self.nodes.surplus(self.sent, self.spread * rho.max(axis=1, initial=0.0))
         self.bent = np.zeros(len(self.nodes))  # how far what a node sends is off beside it

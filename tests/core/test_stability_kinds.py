@@ -49,6 +49,18 @@ def test_not_much_more_is_stated_than_is_wrong(kind, seed):
     assert verdict.holds and verdict.stated <= 10 * max(verdict.measured, 1e-4), verdict
 
 
+def test_not_much_more_is_stated_by_rays_either():
+    """Between white planes the worst that a solver may have left is 37 times what it has."""
+
+    def narrow(rng):
+        place = Place(rng)
+        planes = [place.plane((0, 0, 0), [1, 0, 0], [0, 1, 0]), place.plane((0, 0, 0.01), [0, 1, 0], [1, 0, 0])]
+        return "", furnace(planes, 0.999), "furnace"
+
+    verdict = judge(narrow, 0, target=0.08, variant=VARIANTS[0])
+    assert verdict.measured <= verdict.stated <= 10 * verdict.measured, verdict
+
+
 @pytest.mark.parametrize("seed", [101, 103])
 def test_a_floor_sees_nothing_of_what_lies_against_it(seed):
     """A box of two-sided planes stands on it: far from it the floor took up to 1.2 % too much light of its base."""

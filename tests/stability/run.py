@@ -27,8 +27,8 @@ holds if the stated error covers the measured one, or if it is refused by name. 
 by links. The second is by rays, forced: the same scenes as they are, with their planes as polygons, with meshes for
 planes and balls, and with all planes as one mesh (welded or not, open, crossing itself), in turns.
 
-{held} of {scenes} hold, {refused} of them refused. Stated over measured, where measured is above noise and 1e-4:
-median {median:.1f}, 95th percentile {high:.1f}. {machine}
+{held} of {scenes} hold, {refused} of them refused. Stated over measured, where measured is above noise and 1e-4, in
+{known} scenes: median {median:.1f}, 95th percentile {high:.1f}. {machine}
 
 {tables}
 """
@@ -72,7 +72,8 @@ def main(minutes="30", output=ROOT / "docs" / "stability.md"):
     tables = [TABLE + "\n".join(row(*item) for item in sorted(found.items())) + "\n" for found in (links, rays)]
     text = HEAD.format(
         scenes=len(everything), kinds=len(KINDS), held=sum(v.holds for v in everything),
-        refused=sum(v.refused for v in everything), median=np.median(ratio), high=np.percentile(ratio, 95),
+        refused=sum(v.refused for v in everything), known=len(known),
+        median=np.median(ratio), high=np.percentile(ratio, 95),
         machine=f"Python {about['python']}, numpy {about['numpy']}, one thread.",
         tables="\n".join(tables),
     )  # fmt: skip
