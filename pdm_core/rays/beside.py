@@ -7,6 +7,7 @@ from ..contacts import near
 from ..read_off import runs_of
 from ..shapes.shape import PARALLEL
 from .facets import KEPT
+from .feet import Feet
 from .placed import Placed
 
 ON = 4.0  # tolerances within which a point lies on another shape
@@ -40,6 +41,7 @@ class Beside:
         self.place = np.full(len(scene.shapes), -1)
         self.place[flat] = np.arange(len(flat))
         self.planes, self.plane_of = facets.planes, facets.plane_of[flat]
+        self.feet = Feet(facets, reach)
         i, j = near(self.low, self.high, 0.0)
         apart = np.linalg.norm(np.cross(self.normal[i], self.normal[j]), axis=1) > PARALLEL
         i, j = np.concatenate([i[apart], j[apart]]), np.concatenate([j[apart], i[apart]])
@@ -48,12 +50,14 @@ class Beside:
         self.first = np.cumsum(self.count) - self.count
 
     def moved(self, surface, points):
-        """points (n, 3) m of surfaces (n,) -> (n, 3): those on which other flat shapes stand just there are moved to
-        these ones' front, by little more than what touches is told by.
+        """points (n, 3) m of surfaces (n,) -> (n, 3): those on which flat shapes or meshes stand just there are moved
+        to these ones' front, by little more than what touches is told by.
 
         A floor's vertex in the edge of a box is under the box as much as beside it; only the one side is ever seen.
         """
         out, own = np.array(points, float), self.place[self.scene.shape_of[surface]]
+        on = np.flatnonzero(own >= 0)
+        out[on] += KEPT * self.tolerance * self.feet.away(self.scene.shape_of[surface[on]], out[on] - self.centre)
         for some in self._chunks(own):
             point, other = self._neighbours(own, some)
             there = self._lie_on(out[point], other)

@@ -22,7 +22,7 @@ class Standing:
 
     def __init__(self, facets, charts):
         parts = [(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)))]
-        parts += [_segments(facets, charts, own, facet) for own, facet in _pairs(facets)]
+        parts += [_segments(facets, charts, own, facet) for own, facet in near_flats(facets)]
         self.surface, self.a, self.b = (np.concatenate(part) for part in zip(*parts))
 
     def through(self, lattice):
@@ -118,22 +118,28 @@ def _turn(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _pairs(facets):
-    """Yields flat shapes (k,) and facets (k,) of others near them."""
+def near_flats(facets):
+    """Yields flat shapes (k,) and facets (k,) of others whose boxes are near theirs."""
     number = np.bincount(facets.shape[: facets.count], minlength=len(facets.first))
     shapes = np.flatnonzero(number)
     if not len(shapes):
         return
-    low, high = (corner[:, : facets.count] for corner in facets.boxes)
-    begin = facets.first[shapes]
-    low, high = np.minimum.reduceat(low, begin, axis=1).T, np.maximum.reduceat(high, begin, axis=1).T
-    i, j = (shapes[k] for k in near(low, high, facets.tolerance))
+    each_low, each_high = (corner[:, : facets.count] for corner in facets.boxes)
+    low, high = np.full((3, len(number)), np.inf), np.full((3, len(number)), -np.inf)
+    low[:, shapes] = np.minimum.reduceat(each_low, facets.first[shapes], axis=1) - ON * facets.tolerance
+    high[:, shapes] = np.maximum.reduceat(each_high, facets.first[shapes], axis=1) + ON * facets.tolerance
+    i, j = (shapes[k] for k in near(low[:, shapes].T, high[:, shapes].T, 0.0))
     i, j = np.concatenate([i, j]), np.concatenate([j, i])
     keep = np.isin(i, facets.flat)
     i, j = i[keep], j[keep]
     for some in runs(number[j]):
         whose, step = in_turn(number[j[some]])
-        yield i[some][whose], facets.first[j[some]][whose] + step
+        flat, facet = i[some][whose], facets.first[j[some]][whose] + step
+        over = np.ones(len(flat), bool)
+        for axis in range(3):
+            over &= each_low[axis].take(facet) <= high[axis].take(flat)
+            over &= each_high[axis].take(facet) >= low[axis].take(flat)
+        yield flat[over], facet[over]
 
 
 def _segments(facets, charts, own, facet):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from test_rays import both, box, by_rays
 
-from pdm_core import Plane, Polygon, Scene, SunLight, Surface
+from pdm_core import Mesh, Plane, Polygon, Scene, SunLight, Surface
 from pdm_core.closed_forms import polygon_unoccluded
 
 RHO, TARGET = 0.8, 0.02
@@ -53,3 +53,22 @@ def test_shade_is_no_cover():
     # from just under the table's edge half of what is seen is the lit floor
     rim = solution.incident(2, np.array([[0.0, 1 - 1e-4, 0.01]]))[0, 0]
     assert rim == pytest.approx(RHO * 3 / np.pi / 2, rel=0.1)
+
+
+@pytest.mark.parametrize("turn, at", [(0.0, (0, 0, 0)), (0.4, (0.3, -0.2, 0)), (1.1, (300, 50, 7))])
+def test_vertices_of_a_floor_at_the_foot_of_a_mesh_are_beside_it(turn, at):
+    """Two reflecting planes of .5 at a right angle under a sky of 1: 1/3 where they meet, in the middle of edges."""
+    c, s = np.cos(turn), np.sin(turn)
+    rotation = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+    def world(points):
+        return np.float32(np.asarray(points, float) @ rotation.T + at).astype(float)
+
+    corners = np.array([(x, y, z) for z in (0, 2) for y in (-1, 1) for x in (-1, 1)])
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6)]
+    floor = Plane(world((-3, -3, 0)), *(world(k) - world((0, 0, 0)) for k in ((6, 0, 0), (0, 6, 0))))
+    cube = Mesh(world(corners), faces, smooth=False)
+    solution = by_rays(Scene([Surface(floor, 0.5), Surface(cube, 0.5)], 1.0, rounding=2**-24), TARGET)
+    feet = np.array([(x, y, 0) for x, y in [(0, 1), (1, 0), (0, -1), (-1, 0), (0.25, 1), (-1, -0.25)]])
+    assert np.abs(solution.radiance(0, world(feet)) - 1 / 3).max() < 0.05 / 3
+    assert not solution.radiance(0, world(0.99 * feet)).any()
