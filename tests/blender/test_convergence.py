@@ -129,7 +129,11 @@ def test_slopes_are_those_of_powers(addon):
 def test_the_time_limit_sizes_the_ladder(addon, monkeypatch):
     scenes.lit_ball()
     module = addon("operators.reporting.convergence")
-    monkeypatch.setattr(module, "seconds_to", lambda history, target: 2 * NEVER if target < 0.05 else 0.0)
+
+    def told(history, target, power):
+        return 2 * NEVER if target < 0.05 else 0.0
+
+    monkeypatch.setattr(addon("pdm_core.read_off"), "seconds_to", told)
     settings = module.ConvergenceSettings(time_limit=NEVER, published=False)
     result = addon("pdm_core.signs_of_life").finish(module.convergence_steps(bpy.context, settings))
     assert [run["setting"] for run in result["runs"]] == ["target 16 %", "target 8 %"]
