@@ -37,6 +37,7 @@ def steps():
     names = [item.name for item in settings().listed]
     settings().listed_index = names.index("Text")
     yield 1.0
+    yield from scroll(8)
     shot("3-text")
     yield from press("pdm.mend")
     yield 1.5
