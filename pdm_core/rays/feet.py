@@ -47,12 +47,12 @@ class Feet:
             along /= np.linalg.norm(along, axis=1, keepdims=True)
             low, high = flat.min(axis=1).T - self.reach, flat.max(axis=1).T + self.reach
             for point, which in pairs_of(*at.T, low, high):
-                on = self._lie_on(points[mine[point]], facet[which], corners[which])
+                on = self._lie_on(points[mine[point]], corners[which])
                 np.add.at(out, mine[point[on]], along[which[on]] @ axes)
         return out
 
-    def _lie_on(self, points, facet, corners):
-        """(n,) Whether points (n, 3) m lie on facets (n,) of corners (n, 3, 3)."""
+    def _lie_on(self, points, corners):
+        """(n,) Whether points (n, 3) m lie on triangles of corners (n, 3, 3)."""
         inner = np.maximum(barycentric(points, corners), 0.0)
         nearest = np.einsum("nk,nki->ni", inner / inner.sum(axis=1, keepdims=True), corners)
         return np.linalg.norm(points - nearest, axis=1) <= self.reach
