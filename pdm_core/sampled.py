@@ -4,6 +4,7 @@ import numpy as np
 
 from .at_once import AT_ONCE, parts, slices
 from .closed_forms import across, cross, divide, dot, transform
+from .names import names_of
 from .shapes.shape import square_lattice
 from .tolerances import TINY, TOUCHING
 
@@ -76,7 +77,7 @@ class Met:
         """Of rays from points x (3, m) with unit normals n (3, m), as many to each direction as an even sky sends from
         there, the part (m,) that meets what (m,) first: 2 k are flat shapes and balls' outer sides, 2 k + 1 inner
         sides, -2 is nothing."""
-        key, first, at = np.unique(_keys(np.concatenate([x, n])), return_index=True, return_inverse=True)
+        key, first, at = np.unique(names_of(np.concatenate([x, n]).T), return_index=True, return_inverse=True)
         place = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
         old = self.keys[place] == key if len(self.keys) else np.zeros(len(key), bool)
         shares = np.empty((len(key), 2 * len(table.bound) + 2))
@@ -85,15 +86,6 @@ class Met:
         shares[~old] = _met_first(table, x[:, first[~old]], n[:, first[~old]])
         self.keys, self.shares = key, shares
         return shares[at.reshape(-1), what]
-
-
-def _keys(numbers):
-    """Of columns (k, m) of numbers (m,) that tell them apart: SplitMix64, one number after another."""
-    key = np.zeros(numbers.shape[1], np.uint64)
-    for bits in numbers.view(np.uint64):
-        key = (key ^ bits) * np.uint64(0xBF58476D1CE4E5B9)
-        key ^= key >> np.uint64(31)
-    return key
 
 
 def _met_first(table, x, n):

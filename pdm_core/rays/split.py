@@ -5,13 +5,13 @@ Rays meet the faces as they are; the light is kept at the corners of the smaller
 
 import numpy as np
 
+from ..names import names_of
 from ..shapes.shape import unit
 
 MOST = 256  # parts of an edge
 SLENDER = 8  # times as many parts as cells of a triangle's area at most: four times as long as it is wide
 FINE = 30_000  # steps across a mesh in which places are told apart
 NORMAL_STEPS = 64.0  # in which shading normals are told apart, of a length of 1
-MIX = np.array([0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB], np.uint64)  # of splitmix64
 
 
 class Split:
@@ -57,14 +57,9 @@ class Split:
     def names(self, radius):
         """(3 T,) numbers of the corners, the same of those at one place shaded alike; radius m, of the mesh."""
         points = self.points.reshape(-1, 3)
-        place = np.rint((points - points.min(axis=0)) / (2 * radius / FINE)).astype(np.int64)
-        normal = np.rint(self.normals.reshape(-1, 3) * NORMAL_STEPS).astype(np.int64)
-        name = np.zeros(len(points), np.uint64)
-        for part in (place, normal):
-            for axis, factor in enumerate(MIX):
-                name = (name ^ part[:, axis].astype(np.uint64)) * factor
-                name ^= name >> np.uint64(29)
-        return name
+        place = np.rint((points - points.min(axis=0)) / (2 * radius / FINE))
+        normal = np.rint(self.normals.reshape(-1, 3) * NORMAL_STEPS)
+        return names_of(np.concatenate([place, normal], axis=1))
 
 
 def find(parts, first, at):

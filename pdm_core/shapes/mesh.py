@@ -10,8 +10,9 @@ import numpy as np
 
 from ..closed_forms import cross, dot
 from ..coincident import REACHES
+from ..names import names_of
 from ..nearest import NearestTriangle
-from .mesh_faces import Faces, names_of
+from .mesh_faces import Faces
 from .mesh_light import MeshLight
 from .plane import Facet
 from .rims import ways_in

@@ -7,6 +7,7 @@ import numpy as np
 from ..checked import SceneError, array
 from ..closed_forms import cross, dot
 from ..ears import triangulated
+from ..names import names_of
 from .shape import FLATTEST, unit
 
 
@@ -92,17 +93,6 @@ class Faces:
         if not len(self.triangles):
             return "it has no area; give it faces or remove it"
         return None
-
-
-def names_of(vertices):
-    """(n,) Random 64 bit numbers of vertices (n, 3), the same at the same place."""
-    name = np.zeros(len(vertices), np.uint64)
-    for bits in (vertices + 0.0).T.copy().view(np.uint64):
-        name ^= bits
-        for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):  # the mixing of splitmix64
-            name = (name ^ (name >> np.uint64(shift))) * np.uint64(factor)
-        name += np.uint64(0x9E3779B97F4A7C15)
-    return name ^ (name >> np.uint64(31))
 
 
 def _corners_of(faces, count):
