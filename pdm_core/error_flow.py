@@ -7,10 +7,9 @@ transposed rows tell where it came from.
 import numpy as np
 
 from .error_estimates import about_nodes
-from .numerics import gmres
+from .numerics import ROUGHLY, gmres
 
 ONE_SIGNED = 0.3  # part of a cell's error that is of one sign, and goes on as light does
-ROUGHLY = 0.1  # relative residual in solving for an error
 
 
 class Flow:

@@ -7,8 +7,8 @@ import numpy as np
 from .. import each_surface
 from ..contacts import contacts_of
 from ..error_estimates import Look, Residual, leaf_errors, sample_points, source_defect
-from ..error_flow import ONE_SIGNED, ROUGHLY, Flow, norms
-from ..numerics import Rows, gmres
+from ..error_flow import ONE_SIGNED, Flow, norms
+from ..numerics import ROUGHLY, Rows, gmres
 
 SEED = 20  # of the samples: runs repeat
 LOOKS = 4  # sets of samples at most, where the error found hangs on one point

@@ -16,11 +16,11 @@ from .perspective import seen_from
 from .tinted import colours_of
 
 COARSE = 0.02  # target from which on few points of a source will do
-FINE = 0.004  # target down to which ROUGHLY will do
+FINE = 0.004  # target down to which COMPARED will do
 READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and at most, by whether the target is coarse
 # the same where only differences count, which the same points tell alike: 1 / 64 of a lamp in the tenth of a floor that
 # sees part of it is .1 % of its light
-ROUGHLY = 16, 64
+COMPARED = 16, 64
 SCATTERED = 2, 64  # points of a source for each of many receivers in turn, of so many in all
 GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen

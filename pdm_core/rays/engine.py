@@ -9,12 +9,12 @@ from collections import Counter
 
 import numpy as np
 
-from ..numerics import SOLVED, gmres
+from ..numerics import ROUGHLY, SOLVED, gmres
 from ..signs_of_life import finish, in_thread
 from .aimed import Spot, spots_of
 from .amplified import amplification
 from .covered import covered
-from .direct import AT_NODES, COARSE, FINE, READ, ROUGHLY, Shares
+from .direct import AT_NODES, COARSE, COMPARED, FINE, READ, Shares
 from .facets import Facets
 from .grid import batches
 from .near import NearHits
@@ -23,7 +23,6 @@ from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import relit, sources_of
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
-NEARLY = 0.1  # relative residual of what it has left, which is solved for in its turn
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
@@ -177,7 +176,7 @@ class RayState:
         self.level = float(usual / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3))
         once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
-        left = rho * finish(gmres(scatter, residual, residual.copy(), NEARLY))[0] / (1 - NEARLY)
+        left = rho * finish(gmres(scatter, residual, residual.copy(), ROUGHLY))[0] / (1 - ROUGHLY)
         self.left = np.sqrt((weight * (left**2).sum(axis=1)).sum()) / max(self.norm, 1e-300)
         self.surplus = self.nodes.surplus(self.sent, self.spread * rho.max(axis=1, initial=0.0))
         self.bent = np.zeros(len(self.nodes))  # how far what a node sends is off beside it
@@ -210,7 +209,7 @@ class RayState:
     def lit(self, receivers, roughly=False):
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
         told = self.told * self.target
-        points = ROUGHLY if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
+        points = COMPARED if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
         tolerance = told * self._level_at(receivers)
         return (yield from self.shares.at(receivers, tolerance, TOLD_BRIGHT * told, points))[:2]
 
