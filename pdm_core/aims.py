@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .lights import lattice_of_cone
-from .rays.aimed import on_balls, on_facets
+from .rays.aimed import in_cone, on_balls, on_facets
 from .rays.facets import Facets
-from .shapes.shape import lattice
+from .shapes.shape import cone_lattice, lattice
 
 RAYS = 64  # of a lamp
 MOST_PAIRS = 1 << 24  # of rays and facets, some 2 s; beyond it nothing is told
@@ -36,7 +35,7 @@ def aims(scene):
     for k in lamps:
         light = scene.lights[k]
         at, axis, half, size = light.cone
-        rays = lattice(RAYS) if half == np.pi else lattice_of_cone(RAYS, axis, np.cos(half))
+        rays = lattice(RAYS) if half == np.pi else cone_lattice(RAYS, axis, half)
         blocking = facets.blocking(light)
         surface, far = _first_met(blocking, at - facets.centre, rays)
         if np.isinf(far).all():
@@ -73,6 +72,4 @@ def _any_within(facets, apex, axis, half):
     middle = o + (u + v) / np.where(facets.triangle, 3, 2)[:, None]
     offset = np.concatenate([o, o + u, o + v, middle, facets.ball_centre]) - apex
     reach = np.append(np.zeros(4 * facets.count), np.linalg.norm(facets.ball_linear, axis=(1, 2)))
-    wide = np.arcsin(np.clip(reach / np.maximum(np.linalg.norm(offset, axis=1), 1e-300), 0.0, 1.0))
-    angle = np.arctan2(np.linalg.norm(np.cross(offset, axis), axis=1), offset @ axis)
-    return bool((angle < half + wide - BESIDE).any())
+    return bool(in_cone(offset, reach, axis, half - BESIDE).any())

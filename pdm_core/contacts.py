@@ -15,7 +15,7 @@ import numpy as np
 from .at_once import in_turn, runs
 from .scene import Scene
 from .shape_table import ShapeTable
-from .shapes.shape import tolerance_of
+from .shapes.shape import bounds_of, box_of, tolerance_of
 from .tolerances import TOUCHING
 from .view import against_dome
 
@@ -139,7 +139,7 @@ class _Planes:
     def __init__(self, scene):
         flat = np.array([s.is_flat for s in scene.shapes])
         self.flat, self.index, self.number = flat, np.flatnonzero(flat), np.cumsum(flat) - 1
-        self.middle, self.radius = (np.array(part) for part in zip(*(s.bounds for s in scene.shapes)))
+        self.middle, self.radius = bounds_of(scene.shapes)
         planes = [scene.shapes[k] for k in self.index]
         self.corners = np.array([p.corners for p in planes]).reshape(-1, 4, 3)
         self.normal = np.array([p.normal for p in planes]).reshape(-1, 3)
@@ -168,7 +168,7 @@ def settle(scene):
     Points of the one are those of the other minus the origin; surfaces keep their order.
     """
     contacts, corners = _touching(scene)
-    low, high = _bounds(scene)
+    low, high = box_of(scene.shapes)
     middle = (low + high) / 2
     origin = middle if np.linalg.norm(middle) > FAR * np.linalg.norm(high - low) else np.zeros(3)
     if not origin.any() and (corners == contacts.planes.corners).all():
@@ -267,11 +267,6 @@ def _rounded(area):
     out = np.empty(len(area), int)
     out[order] = np.cumsum(steps)
     return out
-
-
-def _bounds(scene):
-    centres, radii = (np.array(part) for part in zip(*(s.bounds for s in scene.shapes)))
-    return (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
 
 
 def near(low, high, tolerance):

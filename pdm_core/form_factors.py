@@ -26,6 +26,7 @@ from .kinks import broken_rule, kinks
 from .numerics import gauss_square
 from .published import parametric
 from .scene import Scene, in_pieces
+from .shapes.shape import bounds_of
 from .tolerances import ROUNDING, TINY
 from .visibility import Factors, Shafts
 
@@ -220,7 +221,7 @@ def _peaked(scene, row, corner, size, targets, ratio):
     middle = parametric(scene.surfaces[row], corner + size / 2)[0]
     ends = parametric(scene.surfaces[row], np.concatenate([corner, corner + size]))[0]
     reach = np.linalg.norm(ends[len(corner) :] - ends[: len(corner)], axis=1)[:, None]
-    centre, radius = (np.array(part) for part in zip(*(scene.surfaces[k].shape.bounds for k in targets)))
+    centre, radius = bounds_of([scene.surfaces[k].shape for k in targets])
     away = np.linalg.norm(middle[:, None] - centre, axis=2)
     return (reach > ratio * np.maximum(away - reach / 2, radius)).any(axis=1)
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .numerics import gauss_legendre
-from .shapes.shape import unit
+from .shapes.shape import frames, unit
 
 COARSE, DIRECTIONS = 32, 1024  # across the cone in which a lamp is seen, to find where its light fades, and there
 CHUNK = 256  # points
@@ -36,10 +36,7 @@ def _cones(axes, half, height, turn):
     """Unit directions (n, k, 3) within cones about unit axes (n, 3), half angles (n,)."""
     z = 1 - np.outer(1 - np.cos(half), height)
     ring = np.sqrt(np.maximum(1 - z * z, 0.0))
-    seed = np.zeros_like(axes)
-    seed[np.arange(len(axes)), np.argmin(np.abs(axes), axis=1)] = 1.0
-    x = unit(np.cross(seed, axes))
-    y = np.cross(axes, x)
+    x, y, _ = np.moveaxis(frames(axes), 1, 0)
     across = (ring * np.cos(turn))[..., None] * x[:, None] + (ring * np.sin(turn))[..., None] * y[:, None]
     return z[..., None] * axes[:, None] + across
 

@@ -13,7 +13,7 @@ from .checked import LEAST, MOST, SceneError, colour, number, vector
 from .closed_forms import disc_unoccluded, polygon_unoccluded, sphere_unoccluded
 from .light_beams import across_cone, beam_unoccluded
 from .scene import Light
-from .shapes.shape import FLATTEST, lattice, square_lattice, unit
+from .shapes.shape import FLATTEST, cone_lattice, frames, lattice, square_lattice, unit
 
 __all__ = ["AreaLight", "Light", "PointLight", "SpotLight", "SunLight"]
 
@@ -109,9 +109,7 @@ class SpotLight(PointLight):
     def _inverse(self, axes, label):
         """(3, 3): world directions to those in which the cone is round about (0, 0, -1)."""
         if axes is None:
-            z = -self.direction
-            x = unit(np.cross(np.eye(3)[np.argmin(np.abs(z))], z))
-            return np.array([x, np.cross(z, x), z])
+            return frames(-self.direction[None])[0]
         axes = _finite(axes, (3, 3), f"{label}: axes")
         values = np.linalg.svd(axes, compute_uv=False)
         if not values[2] > FLATTEST * values[0]:
@@ -192,17 +190,8 @@ class SunLight(Light):
         """Unit directions towards the light (k, 3), None, weights (k,)"""
         if self.angle == 0 or count == 1:
             return -self.direction[None], None, np.ones(1)
-        cone = lattice_of_cone(count, -self.direction, np.cos(min(self.angle, np.pi) / 2))
+        cone = cone_lattice(count, -self.direction, min(self.angle, np.pi) / 2)
         return cone, None, np.full(count, 1 / count)
-
-
-def lattice_of_cone(count, axis, cosine):
-    """Unit directions (count, 3) spread evenly over the cone about a unit axis (3,); cosine: of its half angle."""
-    z = 1 - (1 - cosine) * (np.arange(count) + 0.5) / count
-    turn = np.pi * (1 + np.sqrt(5)) * np.arange(count)
-    ring = np.sqrt(np.maximum(1 - z * z, 0.0))
-    x = unit(np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis))
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z]) @ np.array([x, np.cross(axis, x), axis])
 
 
 class AreaLight(Light):

@@ -10,7 +10,7 @@ import numpy as np
 
 from .checked import LEAST, MOST, SceneError, colour, number
 from .coincident import one_and_the_same
-from .shapes.shape import Shape, lattice, tolerance_of
+from .shapes.shape import Shape, box_of, lattice, tolerance_of
 
 MEAN_POINTS = 4096  # at which what varies is averaged
 MAX_REFLECTANCE = 0.999999  # at 1 an enclosed light has no steady state
@@ -230,9 +230,7 @@ class Scene:
     @cached_property
     def size(self):
         """m; the diameter that relative tolerances refer to."""
-        centres, radii = zip(*(s.bounds for s in self.shapes))
-        centres, radii = np.array(centres), np.array(radii)
-        low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
+        low, high = box_of(self.shapes)
         return float(np.linalg.norm(high - low))
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from .closed_forms import dot, transform
 from .regions import Balls
 from .sampled import Met
-from .shapes.shape import tolerance_of
+from .shapes.shape import bounds_of, tolerance_of
 from .tolerances import TOUCHING
 
 ON_BALL = 16.0  # tolerances that points on a ball may lie off it
@@ -20,8 +20,8 @@ class ShapeTable:
         self.rounding = tolerance_of(shapes)
         self.tolerance = self.rounding if tolerance is None else tolerance
         self.is_ball = np.array([s.is_ball for s in shapes])
-        self.origin = np.array([s.bounds[0] for s in shapes]).T.copy()
-        self.bound = np.array([s.bounds[1] for s in shapes])  # radius of a sphere about the origin
+        origin, self.bound = bounds_of(shapes)  # the origin's, and radii of spheres about it
+        self.origin = origin.T.copy()
         self.corners = np.zeros((3, 4, count))
         self.linear, self.inverse = np.zeros((3, 3, count)), np.zeros((3, 3, count))
         self.half = np.array([s.half for s in shapes])  # triangles, whose last corner is there twice

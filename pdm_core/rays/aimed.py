@@ -7,7 +7,7 @@ anywhere. What they reflect is a source of its own, a spot for each surface, as 
 import numpy as np
 
 from ..at_once import slices
-from ..shapes.shape import unit
+from ..shapes.shape import cone_lattice, unit
 from .direct import AT_NODES, Shares
 from .placed import at_hits
 from .sources import Emitter, Source
@@ -40,10 +40,10 @@ class AimedPoints:
         apex, axis, half = beam
         apex = apex - facets.centre
         some, balls = _within_cone(facets, apex, axis, half)
-        rays, each = _cone(count, axis, half)
+        rays = cone_lattice(count, axis, half)
         parts = [on_facets(facets, some, apex, rays), on_balls(facets, balls, apex, rays)]
         ray, self.facet, self.front, self.place, area = (np.concatenate(part) for part in zip(*parts))
-        self.area = each * area
+        self.area = 4 * np.pi * np.sin(half / 2) ** 2 / count * area
         self._keep(np.argsort(_reversed(count)[ray], kind="stable"))
 
     def light(self, state, k):
@@ -130,24 +130,20 @@ def _reversed(count):
     return out
 
 
-def _cone(count, axis, half):
-    """Unit directions (count, 3) spread evenly over a cone about a unit axis (3,), and the solid angle of each."""
-    lost = 2 * np.sin(half / 2) ** 2 * (np.arange(count) + 0.5) / count  # 1 less the cosine: exact of narrow cones too
-    ring, turn = np.sqrt(lost * (2 - lost)), np.pi * (1 + np.sqrt(5)) * np.arange(count)
-    x = unit(np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis))
-    local = np.column_stack([ring * np.cos(turn), ring * np.sin(turn), 1 - lost])
-    return local @ np.array([x, np.cross(axis, x), axis]), 4 * np.pi * np.sin(half / 2) ** 2 / count
-
-
 def _within_cone(facets, apex, axis, half):
     """Facets, and balls, which the cone may meet."""
     low, high = facets.boxes
     radius, offset = np.linalg.norm(high - low, axis=0) / 2, (low + high).T / 2 - apex
+    some = np.flatnonzero(in_cone(offset, radius, axis, half + 1e-9))
+    return some[some < facets.count], some[some >= facets.count] - facets.count
+
+
+def in_cone(offset, radius, axis, half):
+    """(n,) Whether a part of spheres, offset (n, 3) m from its apex, is within a cone."""
     distance = np.linalg.norm(offset, axis=1)
     angle = np.arctan2(np.linalg.norm(np.cross(offset, axis), axis=1), offset @ axis)
     wide = np.arcsin(np.clip(radius / np.maximum(distance, 1e-300), 0.0, 1.0))
-    some = np.flatnonzero((distance <= radius) | (angle <= half + wide + 1e-9))
-    return some[some < facets.count], some[some >= facets.count] - facets.count
+    return (distance <= radius) | (angle <= half + wide)
 
 
 def on_facets(facets, some, apex, rays):

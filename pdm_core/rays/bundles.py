@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..shapes.shape import PARALLEL
+from ..shapes.shape import PARALLEL, frames
 from ..shapes.sphere import Sphere
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
@@ -58,7 +58,7 @@ class Hits:
 def along(facets, directions, receivers):
     """Hits of rays from receivers, so many in turn along each of the unit directions (k, 3), or against it where their
     normal looks that way. The projections along all directions lie side by side."""
-    planes = _frames(directions)
+    planes = frames(directions)
     x, y, z = _turned(planes, receivers.points)
     which = np.repeat(np.arange(len(planes)), len(x) // len(planes))
     ray = directions.take(which, axis=0)
@@ -129,14 +129,6 @@ def _in_contact(facets, nearest, height, receivers):
     some = np.flatnonzero((receivers.start < 0) & (height < TOUCHING * facets.tolerance) & (nearest < facets.count))
     along_ = np.einsum("ni,ni->n", receivers.normals[some], facets.normal[nearest[some]])
     return some[1 - along_**2 < PARALLEL**2]
-
-
-def _frames(directions):
-    """Axes (k, 3, 3) of the planes across unit directions (k, 3), which come last."""
-    seed = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
-    e1 = np.cross(seed, directions)
-    e1 /= np.linalg.norm(e1, axis=1, keepdims=True)
-    return np.stack([e1, np.cross(directions, e1), directions], axis=1)
 
 
 def _turned(planes, points):

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..contacts import near, overlap
 from ..shapes.plane import Planes
-from ..shapes.shape import unit
+from ..shapes.shape import box_of, unit
 
 KEPT = 16.0  # tolerances that points keep from the borders of their shapes
 PARTED = 24.0  # tolerances between layers of shapes in one plane: more than MET, and what their own rounding takes
@@ -36,7 +36,7 @@ class Facets:
 
     def __init__(self, scene):
         self.scene, shapes = scene, scene.shapes
-        self.centre = _middle(shapes)
+        self.centre = sum(box_of(shapes)) / 2
         self.tolerance = max(scene.tolerance, FINEST * scene.size)
         sides = np.full((len(shapes), 2), -1)
         back = np.array([s.side == "back" for s in scene.surfaces], int)
@@ -113,11 +113,6 @@ class Facets:
     def count(self):
         """How many facets there are, balls aside."""
         return len(self.origin)
-
-
-def _middle(shapes):
-    centres, radii = (np.array(part) for part in zip(*(s.bounds for s in shapes)))
-    return ((centres - radii[:, None]).min(axis=0) + (centres + radii[:, None]).max(axis=0)) / 2
 
 
 def _layers(facets, sides):

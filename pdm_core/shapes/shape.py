@@ -11,11 +11,23 @@ PARALLEL = 1e-3  # sine up to which what is near a flat shape lies against it
 ARITHMETIC = 16 * 2**-53  # relative to the extent: what our own sums and products of coordinates lose
 
 
+def bounds_of(shapes):
+    """Centres (n, 3) m and radii (n,) m of spheres around shapes."""
+    return [np.array(part) for part in zip(*(s.bounds for s in shapes))]
+
+
+def box_of(shapes):
+    """low, high (3,) m of the box around these spheres."""
+    centres, radii = bounds_of(shapes)
+    return (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
+
+
 def tolerance_of(shapes, rounding=2**-53):
     """m; coordinates of the shapes that differ by no more are the same: their rounding, relative, can do so."""
-    centres, radii = (np.array(part) for part in zip(*(s.bounds for s in shapes)))
+    centres, radii = bounds_of(shapes)
+    low, high = box_of(shapes)
     reach = float((np.abs(centres).max(axis=1) + radii).max())
-    extent = np.linalg.norm((centres + radii[:, None]).max(axis=0) - (centres - radii[:, None]).min(axis=0))
+    extent = np.linalg.norm(high - low)
     return ROUNDINGS * rounding * reach + ARITHMETIC * float(extent)
 
 
@@ -31,6 +43,20 @@ def lattice(count):
     z, turn = 1 - 2 * k / count, np.pi * (1 + np.sqrt(5)) * k
     ring = np.sqrt(1 - z * z)
     return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
+
+
+def frames(axes):
+    """Right-handed frames (n, 3, 3) of unit vectors in rows, the last along unit axes (n, 3)."""
+    x = unit(np.cross(np.eye(3)[np.argmin(np.abs(axes), axis=1)], axes))
+    return np.stack([x, np.cross(axes, x), axes], axis=1)
+
+
+def cone_lattice(count, axis, half):
+    """Unit directions (count, 3) spread evenly over a cone about a unit axis (3,), of that half angle."""
+    k = np.arange(count)
+    lost = 2 * np.sin(half / 2) ** 2 * (k + 0.5) / count  # 1 less the cosine: exact of narrow cones too
+    ring, turn = np.sqrt(lost * (2 - lost)), np.pi * (1 + np.sqrt(5)) * k
+    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), 1 - lost]) @ frames(axis[None])[0]
 
 
 def square_lattice(count):
