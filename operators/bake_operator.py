@@ -33,7 +33,7 @@ class PDM_OT_bake(BakeProperties, Steps, Operator):
     def make_steps(self, context):
         settings = BakeSettings(**{name: getattr(self, name) for name in SETTING_NAMES})
         is_redo = self.options.is_repeat  # the Redo panel has put the scene back to what it was
-        if not is_redo:
+        if not (is_redo or last.is_given):
             last.drop()
         keeps = last if self.in_window or is_redo else None
         self.was_shown = is_shown(context.screen)

@@ -30,6 +30,7 @@ def light_steps(context, report, names, enough):
     if solution is None:
         steps = solve_steps(reading.scene, settings.target_error, settings.time_limit or None, enough)
         solution = yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error))
+        last.keep(settings, solution, reading.scene)
     return settings, targets, solution
 
 

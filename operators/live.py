@@ -67,15 +67,15 @@ def own_changes(context):
         live.is_own = before
 
 
-def hold(context, settings, reading, targets, points, kept):
-    """Keeps what a bake knows, its colours just written; kept: its Kept, None: nothing."""
+def hold(context, settings, reading, solved, targets, points, kept):
+    """Keeps what a bake knows, its colours just written; solved: its solution's Scene; kept: its Kept, None: nothing."""
     live.drop()
     if kept is None:
         return
     with own_changes(context):
-        suns = sum(light.name.startswith("Sun of world") for light in reading.scene.lights)
+        suns = sum(light.name.startswith("Sun of world") for light in solved.lights)
         live.held = Held(
-            context.scene.name, settings, kept, reading.scene, reading.materials, len(reading.scene.lights) - suns,
+            context.scene.name, settings, kept, solved, reading.materials, len(solved.lights) - suns,
             [(target.name, p) for target, p in zip(targets, points, strict=True)], shown_by(context.view_layer),
         )  # fmt: skip
 

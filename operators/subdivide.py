@@ -9,6 +9,7 @@ from bpy.types import Operator
 
 from .adaptive import adaptive_steps
 from .baking.adaptive_mesh import halve_all
+from .baking.again import last
 from .baking.bake import Stage
 from .baking.bends import FULL
 from .baking.colour_attribute import BakeError
@@ -111,6 +112,13 @@ class PDM_OT_subdivide(Steps, Operator):
 
     can_keep = True
 
+    def execute(self, context):
+        try:
+            return super().execute(context)
+        finally:
+            if not self.options.is_repeat:  # what a script bakes next is another's
+                last.drop()
+
     def make_steps(self, context):
         selected = [obj for obj in context.selected_objects if obj.type == "MESH"]
         if self.times:
@@ -143,5 +151,6 @@ class PDM_OT_subdivide(Steps, Operator):
         self.report({"INFO"}, say("{} subdivided, {} vertices more", many(count, "mesh", "meshes"), f"{added:,}"))
         if self.in_window and self.rebake:
             settings = context.scene.pdm_radiosity
-            bpy.ops.pdm.bake("INVOKE_DEFAULT", **{name: getattr(settings, name) for name in SETTING_NAMES})
+            with last.given():
+                bpy.ops.pdm.bake("INVOKE_DEFAULT", **{name: getattr(settings, name) for name in SETTING_NAMES})
         return {"FINISHED"}

@@ -3,6 +3,7 @@
 import bmesh
 import bpy
 
+from .baking.again import last
 from .baking.colour_attribute import BakeError
 
 
@@ -67,6 +68,7 @@ def all_or_none(chosen, change, copies=False):
         raise
     finally:
         bpy.data.batch_remove([before for _, before in done])
+    last.is_cut = True
     for obj in chosen if copies else ():
         obj.hide_render = True
         obj.hide_set(True)

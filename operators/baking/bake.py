@@ -111,7 +111,7 @@ def bake_steps(context, settings, enough=lambda: False, last=None, show=None):
             so_far.take_back()
     report = _write(context, settings, read, found, seconds)
     if last:
-        last.keep(settings, solution)
+        last.keep(settings, solution, read.reading.scene)
     return report
 
 
@@ -183,7 +183,8 @@ def _write(context, settings, read, found, seconds):
         undo.pop_all()
     own_meshes.commit()
     is_live = context.scene.pdm_radiosity.live
-    hold(context, settings, read.reading, read.targets, read.points, found.kept if is_live else None)
+    solved = found.field.solution.scene  # of whose shapes the light is kept
+    hold(context, settings, read.reading, solved, read.targets, read.points, found.kept if is_live else None)
     return report
 
 

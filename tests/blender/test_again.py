@@ -70,3 +70,48 @@ def test_a_scene_that_is_another_is_solved(bakes, change):
     change(ball)
     bpy.context.view_layer.update()
     assert bakes()
+
+
+def dented(obj):
+    """No ball any more but a mesh."""
+    obj.data.vertices[3].co *= 0.8
+
+
+@pytest.mark.parametrize("shape", (lambda obj: None, dented), ids=("ball", "mesh"))
+@pytest.mark.parametrize("way", ("ADAPTIVE", "UNIFORM"))
+def test_new_vertices_read_the_solution_at_hand(bakes, addon, way, shape):
+    floor, ball, lamp = scenes.lit_ball()
+    shape(ball)
+    assert bakes() == 1
+    subdivide, finish = addon("operators.subdivide"), addon("pdm_core.signs_of_life").finish
+    count, added, _ = finish(subdivide.subdivide_steps(bpy.context, way))
+    assert count and added
+    assert bakes() == 0
+    found = [scenes.colours(obj).copy() for obj in (floor, ball, lamp)]
+    bpy.ops.pdm.bake(target_error=0.005)
+    for obj, colours in zip((floor, ball, lamp), found):
+        true = scenes.colours(obj)
+        assert np.linalg.norm(colours - true) < 0.05 * np.linalg.norm(true)
+
+
+@pytest.mark.parametrize("change", (move, paint, light_up))
+def test_a_subdivided_scene_that_is_another_is_solved(bakes, addon, change):
+    _, ball, _ = scenes.lit_ball()
+    assert bakes()
+    addon("pdm_core.signs_of_life").finish(addon("operators.subdivide").subdivide_steps(bpy.context, "ADAPTIVE"))
+    change(ball)
+    bpy.context.view_layer.update()
+    assert bakes()
+
+
+def test_what_was_evaluated_again_is_live(bakes, addon):
+    """Its light is kept of the shapes that were solved, which the file was read for once more."""
+    _, ball, _ = scenes.lit_ball()
+    bpy.context.scene.pdm_radiosity.live = True
+    assert bakes() == 1 and bakes(exposure=1.0) == 0
+    watch = addon("operators.live_watch")
+    paint(ball)
+    bpy.context.view_layer.update()
+    watch.live.held.stale.add(ball.material_slots[0].material.name)
+    watch.follow(bpy.context)
+    assert not watch.live.held.problem
