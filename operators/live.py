@@ -68,7 +68,7 @@ def own_changes(context):
 
 
 def hold(context, settings, reading, solved, targets, points, kept):
-    """Keeps what a bake knows, its colours just written; solved: its solution's Scene; kept: its Kept, None: nothing."""
+    """Keeps what a bake knows, its colours written; solved: its solution's Scene; kept: its Kept, None: nothing."""
     live.drop()
     if kept is None:
         return
