@@ -63,7 +63,7 @@ def between_steps(field, targets, points, values, looks, here, allowed):
         short = {k: look for k, look in looks.items() if not any(error < enough for _, error in between.finer[k])}
         places = [look.places() for look in short.values() if not light]
         places += [look.finer_places(times) for look in short.values() for times in some]
-        found = iter((yield from _distinct(field, places)))
+        found = iter((yield from distinct(field, places)))
         light = light or {k: next(found) for k in short}
         for k, look in short.items():
             for times in some:
@@ -75,7 +75,7 @@ def between_steps(field, targets, points, values, looks, here, allowed):
     return between
 
 
-def _distinct(field, places):
+def distinct(field, places):
     """[(n, 3)] of the field, roughly, at several places, each only once: in a coarse triangle many points lie between
     the same few; generator."""
     if not places:
