@@ -1,16 +1,12 @@
-"""Closed forms: what an oriented point receives from a polygon, a sphere or a patch of one; aligned rectangles.
+"""Closed forms: what an oriented point receives from a sphere, a patch of one or a disc.
 
 Vectors are stored component first, (3, ...), so that every numpy operation runs over contiguous memory. Form
-factors of points are irradiance / pi for unit radiance (Lambert 1760, the contour integral). Those of rectangles
-with edges parallel to three orthogonal axes are sums of an elementary primitive over sixteen pairs of corners (Gross,
-Spindler and Hahne 1981; Ehlert and Smith 1993).
+factors of points are irradiance / pi for unit radiance.
 """
 
 import numpy as np
 
-from .at_once import CACHED, slices
 from .numerics import gauss_legendre
-from .tolerances import TINY
 
 ROUND, ROUND_POINTS = 0.1, 32  # a circle seen from so near its axis: Gauss points that integrate it to rounding
 
@@ -43,48 +39,6 @@ def across(n):
     return divide(e, np.sqrt(dot(e, e)))
 
 
-def clip_edges(p, q, height_p, height_q):
-    """The part of each edge p -> q with height >= 0, and the chord that closes a convex loop of them.
-
-    p, q (3, k, m); heights (k, m). Returns start, end (3, k, m) (equal where nothing is left) and
-    leave, enter (3, m), the points where the loop crosses height 0 (zero vectors where it does not).
-    """
-    up, down = (height_p < 0) & (height_q >= 0), (height_p >= 0) & (height_q < 0)
-    crossing = p + divide(height_p, height_p - height_q) * (q - p)
-    below = (height_p < 0) & (height_q < 0)
-    start = np.where(up, crossing, p)
-    end = np.where(down, crossing, np.where(below, p, q))
-    leave = np.where(down, crossing, 0.0).sum(axis=1)
-    enter = np.where(up, crossing, 0.0).sum(axis=1)
-    return start, end, leave, enter
-
-
-def edge_sum(n, p, q):
-    """Sum over edges of angle(p, q) * n . unit(p x q); n (3, m), p, q (3, k, m) -> (m,)"""
-    c = cross(p, q)
-    length = np.sqrt(dot(c, c))
-    return (divide(np.arctan2(length, dot(p, q)), length) * dot(n[:, None], c)).sum(axis=0)
-
-
-def _polygon_chunk(x, n, corners):
-    p = corners - x[:, None]
-    q = np.roll(p, -1, axis=1)
-    height = dot(n[:, None], p)
-    cut = (height < 0).any(axis=0)
-    if not cut.any():
-        return np.abs(edge_sum(n, p, q)) / (2 * np.pi)
-    total = np.zeros(x.shape[1])
-    whole = np.flatnonzero(~cut)
-    total[whole] = edge_sum(n.take(whole, axis=1), p.take(whole, axis=2), q.take(whole, axis=2))
-    cut = np.flatnonzero(cut & (height > 0).any(axis=0))  # the rest lies below the horizon: 0
-    n, p, q, height = n.take(cut, axis=1), p.take(cut, axis=2), q.take(cut, axis=2), height.take(cut, axis=1)
-    start, end, leave, enter = clip_edges(p, q, height, np.roll(height, -1, axis=0))
-    # the horizon arc that closes the loop turns about n itself: its contribution is the signed angle
-    arc = np.arctan2(dot(n, cross(leave, enter)), dot(leave, enter))
-    total[cut] = edge_sum(n, start, end) + arc
-    return np.abs(total) / (2 * np.pi)
-
-
 def kernel(place, normal, points, normals):
     """(n, k) cosines over square distance, of sample places (k, 3) with normals (k, 3) or None, at points (n, 3)."""
     d = place[None] - points[:, None]
@@ -93,21 +47,6 @@ def kernel(place, normal, points, normals):
     if normal is None:
         return out / square**1.5
     return out * np.maximum(-np.einsum("nki,ki->nk", d, normal), 0.0) / square**2
-
-
-def polygon_unoccluded(points, normals, corners):
-    """points (m, 3) m, unit normals (m, 3), corners (m, k, 3) of a convex planar polygon -> (m,) form factor.
-
-    Horizon-clipped and seen from either side (who faces whom is the caller's knowledge). Absolute error
-    about 1e-15. A point on an edge itself has no limit: move it off.
-    """
-    x, n = np.ascontiguousarray(points.T), np.ascontiguousarray(normals.T)
-    c = np.ascontiguousarray(np.transpose(corners, (2, 1, 0)))
-    m = x.shape[1]
-    out = np.empty(m)
-    for part in slices(m, CACHED):
-        out[part] = _polygon_chunk(x[:, part], n[:, part], c[:, :, part])
-    return out
 
 
 def sphere_unoccluded(points, normals, centres, radii):
@@ -222,89 +161,3 @@ def _circle_integral(n, k0, k1, k2, f0, f1):
         even = np.where(smooth, (np.cos(g) * weights).sum(axis=-1), even)
         odd = np.where(smooth, (np.sin(g) * weights).sum(axis=-1), odd)
     return p * divide(time, root) + q * even + s * odd
-
-
-def _parallel(x, y, z):
-    """Primitive for parallel rectangles: x, y offsets along the edges, z distance (...)."""
-    a, b = np.sqrt(x * x + z * z), np.sqrt(y * y + z * z)
-    return y * a * np.arctan2(y, a) + x * b * np.arctan2(x, b) - z * z / 2 * _log(x * x + y * y + z * z)
-
-
-def _perpendicular(x, xi, y):
-    """Primitive for perpendicular rectangles: x and xi distances from the common line, y offset along it (...)."""
-    r2 = x * x + xi * xi
-    r = np.sqrt(r2)
-    return y * r * np.arctan2(y, r) - (r2 - y * y) / 4 * _log(r2 + y * y)
-
-
-def _log(r2):
-    return np.log(np.where(r2 > 0, r2, 1.0))  # always times a factor that vanishes with r2
-
-
-def _corner_sum(primitive, a0, a1, b0, b1, c0, c1, d0, d1):
-    """Sum of (-1)^(i+j+k+l) primitive(a_i, b_j, c_k, d_l) over the corners."""
-    total = 0.0
-    for i, a in enumerate((a0, a1)):
-        for j, b in enumerate((b0, b1)):
-            for k, c in enumerate((c0, c1)):
-                for m, d in enumerate((d0, d1)):
-                    total = total + (-1) ** (i + j + k + m) * primitive(a, b, c, d)
-    return total / (2 * np.pi)
-
-
-def _along_axes(vectors):
-    """Whether unit vectors (m, 3) lie along one axis of their frame; by the components across, not the cosine."""
-    return np.sort(np.abs(vectors), axis=1)[:, 1] <= TINY
-
-
-def aligned_rectangles(surfaces, i, j):
-    """Unoccluded form factors (m,) of pairs i -> j (m,) of surfaces, and which pairs are aligned rectangles (m,).
-
-    Absolute error about 1e-15 of the larger area over the source's.
-    """
-    planes = [k for k in np.unique(np.concatenate([i, j])) if surfaces[k].shape.is_rectangle]
-    number = np.full(len(surfaces), -1)
-    number[planes] = np.arange(len(planes))
-    shapes = [surfaces[k].shape for k in planes]
-    if not shapes:
-        return np.zeros(len(i)), np.zeros(len(i), bool)
-    u, v, origin = (np.array([getattr(s, name) for s in shapes]) for name in ("u", "v", "origin"))
-    length_u, length_v = np.linalg.norm(u, axis=1), np.linalg.norm(v, axis=1)
-    e, f = u / length_u[:, None], v / length_v[:, None]
-    normal = np.array([surfaces[k].sign * s.normal for k, s in zip(planes, shapes)])
-    square = np.abs(np.einsum("ij,ij->i", e, f)) < TINY
-    a, b = number[i], number[j]
-    frame = np.stack([e, f, normal], axis=1)[a]  # of the source
-
-    def local(w):
-        return np.einsum("mij,mj->mi", frame, w)
-
-    be, bf, bn, offset = local(e[b]), local(f[b]), local(normal[b]), local(origin[b] - origin[a])
-    known = (a >= 0) & (b >= 0) & square[a] & square[b] & _along_axes(be) & _along_axes(bn)
-    extent = be * length_u[b, None] + bf * length_v[b, None]
-    low, high = np.minimum(offset, offset + extent), np.maximum(offset, offset + extent)
-    value = _exchange(known, bn, low, high, length_u[a], length_v[a])
-    return np.maximum(value, 0.0) / (length_u * length_v)[a], known
-
-
-def _exchange(known, normal, low, high, lu, lv):
-    """Area times form factor (m,) from [0, lu] x [0, lv] at z = 0, facing +z, to the boxes low..high (m, 3), flat
-    along the axis of their normal (m, 3); 0 where not known."""
-    value = np.zeros(len(known))
-    axis = np.argmax(np.abs(normal), axis=1)
-    k = known & (axis == 2) & (normal[:, 2] < 0) & (low[:, 2] > 0)
-    if k.any():
-        z = low[k, 2]
-        ends = 0.0, lu[k], low[k, 0], high[k, 0], 0.0, lv[k], low[k, 1], high[k, 1]
-        value[k] = _corner_sum(lambda x, xi, y, eta: _parallel(x - xi, y - eta, z), *ends)
-    for across, along, width, span in ((0, 1, lu, lv), (1, 0, lv, lu)):
-        k = known & (axis == across)
-        if not k.any():
-            continue
-        # distances from the common line: of the source into the target's front, of the target above the source
-        side, line = np.sign(normal[k, across]), low[k, across]
-        x = np.maximum(np.sort(np.stack([-side * line, side * (width[k] - line)]), axis=0), 0.0)
-        xi = np.maximum(np.stack([low[k, 2], high[k, 2]]), 0.0)
-        ends = *x, *xi, 0.0, span[k], low[k, along], high[k, along]
-        value[k] = _corner_sum(lambda p, q, y, eta: _perpendicular(p, q, y - eta), *ends)
-    return value

@@ -10,7 +10,8 @@ from functools import cache
 import numpy as np
 
 from .at_once import CACHED, slices
-from .closed_forms import clip_edges, divide, dot
+from .closed_forms import divide, dot
+from .contour import clip_edges
 from .tolerances import ROUNDING
 
 STEP, REACH = 1 / 14, 3.0  # of the double exponential rule: 85 points between two breaks, 1e-15 at any distance

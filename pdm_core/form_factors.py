@@ -17,9 +17,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .aligned import aligned_rectangles
 from .at_once import AT_ONCE
 from .checked import NAMED, SceneError, array, index, number, some_of
-from .closed_forms import aligned_rectangles
 from .contacts import contacts_of, settle
 from .exchange import polygon_exchange
 from .kinks import broken_rule, kinks

@@ -10,7 +10,8 @@ import numpy as np
 
 from .at_once import CACHED
 from .checked import LEAST, MOST, SceneError, colour, number, vector
-from .closed_forms import disc_unoccluded, polygon_unoccluded, sphere_unoccluded
+from .closed_forms import disc_unoccluded, sphere_unoccluded
+from .contour import polygon_unoccluded
 from .light_beams import across_cone, beam_unoccluded
 from .scene import Light
 from .shapes.shape import FLATTEST, cone_lattice, frames, lattice, square_lattice, unit

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .closed_forms import across, clip_edges, cross, divide, dot
+from .closed_forms import across, cross, divide, dot
+from .contour import clip_edges
 from .sinusoids import TURN, crosses, crossings, levels
 
 GRAZING_ANGLE = 1e-4  # sine of the angle above which no polygon is seen edge-on

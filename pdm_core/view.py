@@ -9,7 +9,8 @@ from collections import Counter
 import numpy as np
 
 from .at_once import AT_ONCE, CACHED, in_turn, parts, runs, slices
-from .closed_forms import cross, divide, dot, polygon_unoccluded, sphere_unoccluded, transform
+from .closed_forms import cross, divide, dot, sphere_unoccluded, transform
+from .contour import polygon_unoccluded
 from .regions import Occluders, ball_source, covers_directions, polygon_region, sky_source
 from .sampled import sampled_factors
 from .tolerances import TOUCHING

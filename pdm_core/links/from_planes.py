@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..at_once import CACHED, parts
-from ..closed_forms import divide, dot, polygon_unoccluded
+from ..closed_forms import divide, dot
+from ..contour import polygon_unoccluded
 from ..field import basis
 from ..field_charts import graded, graded_slope
 from ..numerics import gauss_legendre

@@ -5,7 +5,8 @@ from functools import cached_property
 import numpy as np
 
 from ..at_once import AT_ONCE, in_turn, runs
-from ..closed_forms import kernel, polygon_unoccluded
+from ..closed_forms import kernel
+from ..contour import polygon_unoccluded
 
 TRIANGLES = 256  # of a mesh, up to which its light is a sum of closed forms
 CLUSTER = 16  # of them in a cluster at most, of larger ones

@@ -9,11 +9,11 @@ from .plane import Plane
 NARROW = 1e-5  # of the longer side: how far apart edges of rectangles are
 
 
-def rectangles(polygon):
+def rectangles(loops):
     """[Plane], from one height at which it has a corner to the next; None if it has edges that are not upright or
     level, or corners at all but the same height."""
-    corner, axes, sides = polygon._chart
-    p, q = edges_of(polygon._flat_loops)
+    corner, axes, sides = loops.rectangle
+    p, q = edges_of(loops.in_rectangle)
     size = sides.max()
     if (np.abs(q - p).min(axis=1) > TINY * size).any():
         return None

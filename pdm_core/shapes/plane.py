@@ -6,8 +6,9 @@ from math import hypot, isfinite
 import numpy as np
 
 from ..checked import vector
-from ..closed_forms import cross, polygon_unoccluded
+from ..closed_forms import cross
 from ..coincident import REACHES
+from ..contour import polygon_unoccluded
 from .shape import FLATTEST, INSET, Flat, square_lattice, unit
 
 

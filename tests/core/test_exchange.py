@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pdm_core import Mesh, Plane, Polygon, Scene, SceneError, Sphere, Surface, form_factors, pdm_form_factor
-from pdm_core.closed_forms import aligned_rectangles
+from pdm_core.aligned import aligned_rectangles
 from pdm_core.exchange import polygon_exchange
 from pdm_core.numerics import gauss_square
 

@@ -5,7 +5,7 @@ import pytest
 from test_rays import both, box, by_rays
 
 from pdm_core import Mesh, Plane, Polygon, Scene, SunLight, Surface
-from pdm_core.closed_forms import polygon_unoccluded
+from pdm_core.contour import polygon_unoccluded
 
 RHO, TARGET = 0.8, 0.02
 SUN = SunLight((0, -1, -1), 3.0)

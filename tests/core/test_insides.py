@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pdm_core import Plane, Scene, Sphere, Surface, form_factors, solve
-from pdm_core.closed_forms import polygon_unoccluded
+from pdm_core.contour import polygon_unoccluded
 from pdm_core.links.transport import Transport
 
 SKY = (1.0, 1.0, 1.0)

@@ -5,7 +5,8 @@ import pytest
 from test_rays import by_rays
 
 from pdm_core import Plane, PointLight, Polygon, Scene, SunLight, Surface
-from pdm_core.closed_forms import kernel, polygon_unoccluded
+from pdm_core.closed_forms import kernel
+from pdm_core.contour import polygon_unoccluded
 from pdm_core.rays.beside import read_places
 from pdm_core.rays.engine import RayState
 from pdm_core.signs_of_life import finish

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pdm_core import Plane, Polygon, SceneError, Surface
-from pdm_core.closed_forms import polygon_unoccluded
+from pdm_core.contour import polygon_unoccluded
 
 CORNER = np.array([(0, 0, 0), (3, 0, 0), (3, 1, 0), (1, 1, 0), (1, 3, 0), (0, 3, 0)], float)  # an L of area 5
 

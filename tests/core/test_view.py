@@ -7,7 +7,8 @@ import pytest
 from rooms import cube_planes, ellipsoid
 
 from pdm_core import Plane, Sphere, region_crossings, view, visible_integral
-from pdm_core.closed_forms import polygon_unoccluded, sphere_unoccluded
+from pdm_core.closed_forms import sphere_unoccluded
+from pdm_core.contour import polygon_unoccluded
 from pdm_core.shape_table import ShapeTable
 from pdm_core.view import visible_factors
 

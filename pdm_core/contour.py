@@ -1,0 +1,111 @@
+"""What points receive of areas within straight edges: the contour integral (Lambert 1760), clipped by the horizon."""
+
+import numpy as np
+
+from .at_once import CACHED, slices
+from .closed_forms import cross, divide, dot
+
+
+def clip_edges(p, q, height_p, height_q):
+    """The part of each edge p -> q with height >= 0, and the chord that closes a convex loop of them.
+
+    p, q (3, k, m); heights (k, m). Returns start, end (3, k, m) (equal where nothing is left) and
+    leave, enter (3, m), the points where the loop crosses height 0 (zero vectors where it does not).
+    """
+    up, down = (height_p < 0) & (height_q >= 0), (height_p >= 0) & (height_q < 0)
+    crossing = p + divide(height_p, height_p - height_q) * (q - p)
+    below = (height_p < 0) & (height_q < 0)
+    start = np.where(up, crossing, p)
+    end = np.where(down, crossing, np.where(below, p, q))
+    leave = np.where(down, crossing, 0.0).sum(axis=1)
+    enter = np.where(up, crossing, 0.0).sum(axis=1)
+    return start, end, leave, enter
+
+
+def edge_sum(n, p, q):
+    """Sum over edges of angle(p, q) * n . unit(p x q); n (3, m), p, q (3, k, m) -> (m,)"""
+    c = cross(p, q)
+    length = np.sqrt(dot(c, c))
+    return (divide(np.arctan2(length, dot(p, q)), length) * dot(n[:, None], c)).sum(axis=0)
+
+
+def polygon_unoccluded(points, normals, corners):
+    """points (m, 3) m, unit normals (m, 3), corners (m, k, 3) of a convex planar polygon -> (m,) form factor.
+
+    Horizon-clipped and seen from either side (who faces whom is the caller's knowledge). Absolute error
+    about 1e-15. A point on an edge itself has no limit: move it off.
+    """
+    x, n = np.ascontiguousarray(points.T), np.ascontiguousarray(normals.T)
+    c = np.ascontiguousarray(np.transpose(corners, (2, 1, 0)))
+    m = x.shape[1]
+    out = np.empty(m)
+    for part in slices(m, CACHED):
+        out[part] = _polygon_chunk(x[:, part], n[:, part], c[:, :, part])
+    return out
+
+
+def _polygon_chunk(x, n, corners):
+    p = corners - x[:, None]
+    q = np.roll(p, -1, axis=1)
+    height = dot(n[:, None], p)
+    cut = (height < 0).any(axis=0)
+    if not cut.any():
+        return np.abs(edge_sum(n, p, q)) / (2 * np.pi)
+    total = np.zeros(x.shape[1])
+    whole = np.flatnonzero(~cut)
+    total[whole] = edge_sum(n.take(whole, axis=1), p.take(whole, axis=2), q.take(whole, axis=2))
+    cut = np.flatnonzero(cut & (height > 0).any(axis=0))  # the rest lies below the horizon: 0
+    n, p, q, height = n.take(cut, axis=1), p.take(cut, axis=2), q.take(cut, axis=2), height.take(cut, axis=1)
+    start, end, leave, enter = clip_edges(p, q, height, np.roll(height, -1, axis=0))
+    # the horizon arc that closes the loop turns about n itself: its contribution is the signed angle
+    arc = np.arctan2(dot(n, cross(leave, enter)), dot(leave, enter))
+    total[cut] = edge_sum(n, start, end) + arc
+    return np.abs(total) / (2 * np.pi)
+
+
+def loops_unoccluded(points, normals, loops):
+    """points (n, 3) m, unit normals (n, 3), loops [(k, 3)] m in a plane, holes the other way round -> (n,) form factor.
+
+    As polygon_unoccluded, but of any simple outline.
+    """
+    points, normals = np.asarray(points, float), np.asarray(normals, float)
+    corners = np.ascontiguousarray(np.concatenate(loops).T)[:, :, None]
+    ends = np.cumsum([0, *map(len, loops)])
+    following = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in zip(ends[:-1], ends[1:])])
+    out = np.empty(len(points))
+    step = max(1, CACHED // len(following))
+    for part in slices(len(points), step):
+        x, n = (np.ascontiguousarray(a[part].T)[:, None] for a in (points, normals))
+        out[part] = _contour(n, corners - x, following)
+    return out
+
+
+def _contour(n, p, following):
+    """Form factors (m,) of loops of edges from corners p (3, k, m), relative to the points, to those following (k,),
+    clipped by the horizon, n (3, 1, m)."""
+    height = dot(n, p)
+    low, high = height.min(axis=0), height.max(axis=0)
+    total, whole, cut = np.zeros(len(low)), np.flatnonzero(low >= 0), np.flatnonzero((low < 0) & (high > 0))
+    if len(whole):
+        up = p.take(whole, axis=2)
+        total[whole] = edge_sum(n[:, 0].take(whole, axis=1), up, up[:, following])
+    if len(cut):
+        n, p, height = n.take(cut, axis=2), p.take(cut, axis=2), height.take(cut, axis=1)
+        total[cut] = _clipped(n, p, p[:, following], height, height[following])
+    return np.abs(total) / (2 * np.pi)
+
+
+def _clipped(n, p, q, low, high):
+    """As edge_sum, of what has a height low to high (k, m) above 0, and of the way along the horizon that closes it.
+
+    That needs no order: all the loops' crossings with the horizon lie on one line, so that each adds or takes the angle
+    at which it is seen from their middle.
+    """
+    up, down = (low < 0) & (high >= 0), (low >= 0) & (high < 0)
+    at = p + divide(low, low - high) * (q - p)
+    crosses = up | down
+    middle = (np.where(crosses, at, 0.0).sum(axis=1) / np.maximum(crosses.sum(axis=0), 1))[:, None]
+    angle = np.arctan2(dot(n, cross(middle, at)), dot(middle, at))
+    arcs = np.where(up, angle, np.where(down, -angle, 0.0)).sum(axis=0)
+    start, end = np.where(up, at, p), np.where(down, at, np.where((low < 0) & (high < 0), p, q))
+    return edge_sum(n[:, 0], start, end) + arcs
