@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .field_values import surpluses
+
 DECAY = 0.35  # a leaf's own error, of the surplus its nodes showed, where nothing is known of its parent's
 SMOOTH, ROUGH = 0.125, 0.6  # bounds of that ratio, observed from parent to child: smooth fields 1/8, kinks 1/2
 SIMPSON = np.outer((1, 4, 1), (1, 4, 1)).ravel() / 36  # mean of a biquadratic
@@ -13,7 +15,7 @@ SOURCE = 0.15  # weight of a leaf's direct light as a source of indirect light e
 
 def leaf_errors(field, value):
     """Nodal radiance (n, 3) -> (n cells,) estimated L2 error that each cell, as a source, makes elsewhere."""
-    size = np.sqrt((field.surplus(value) ** 2).sum(axis=2).mean(axis=1))
+    size = np.sqrt((surpluses(field, value) ** 2).sum(axis=2).mean(axis=1))
     return SOURCE * size * decay(field, np.arange(len(size)), size) * np.sqrt(field.sizes())
 
 
@@ -34,7 +36,7 @@ def about_nodes(field, mean):
 
 def bends(field, value):
     """Nodal radiance (n, 3) -> (n leaves, 3) the expected mean error of its interpolant over each leaf."""
-    surplus, leaves = field.surplus(value), field.leaves
+    surplus, leaves = surpluses(field, value), field.leaves
     size = np.sqrt((surplus**2).sum(axis=2).mean(axis=1))
     return np.einsum("k,nkc->nc", SIMPSON, surplus[leaves]) * decay(field, leaves, size)[:, None]
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from .charts import CHARTS, JUMP, charts_of
 from .shapes.shape import unit
+from .tolerances import TOUCHING
 
 
 def graded(t):
@@ -160,6 +161,61 @@ class Cubes:
         size = np.maximum(np.abs(top), 1e-300)
         at = np.arctan(np.stack([a / size, b / size], axis=1)) * (2 / np.pi) + 0.5
         return axis + 3 * (top > 0), np.clip(at, 0.0, 1.0)
+
+
+class Charts:
+    """The charts of all surfaces (n,) of a scene, of both kinds, and where these lie in space: points and normals."""
+
+    def __init__(self, scene, contacts, grid):
+        shapes = [s.shape for s in scene.surfaces]
+        self.origin = np.array([s.origin for s in shapes])
+        self.linear, self.twist = np.array([s.linear for s in shapes]), np.array([s.twist for s in shapes])
+        self.inverse = np.array([s.inverse for s in shapes])
+        self.sign = np.array([s.sign for s in scene.surfaces])
+        self.depth = np.ones(len(shapes))  # of the unit sphere: off its own inner side, where that hides something
+        self.depth[contacts.shells[0]] = 1 - 4 * TOUCHING
+        self.rectangles = Rectangles(scene, grid)
+        self.kinds = self.rectangles, Cubes(scene, grid, self.depth)
+        self.kind = np.array([s.is_ball for s in shapes], int)  # (n surfaces,) which of the kinds
+        self.count = np.choose(self.kind, [kind.count for kind in self.kinds])
+
+    def each(self, what, surface, *given):
+        """What the charts of each one's kind tell of surfaces (n,), and given (n, ...): arrays (n, ...)."""
+        kind = self.kind[surface]
+        first = kind[0] if len(kind) else 0
+        if (kind == first).all():
+            return getattr(self.kinds[first], what)(surface, *given)
+        out, places = [], [np.flatnonzero(kind == k) for k in range(len(self.kinds))]
+        for charts, some in zip(self.kinds, places):
+            out.append(getattr(charts, what)(surface.take(some), *(a.take(some, axis=0) for a in given)))
+        return _merged(out, places) if isinstance(out[0], np.ndarray) else [_merged(p, places) for p in zip(*out)]
+
+    def local(self, surface, points):
+        """points (n, 3) m on surfaces (n,) -> their local coordinates (n, 3)"""
+        return np.einsum("nij,nj->ni", self.inverse.take(surface, axis=0), points - self.origin.take(surface, axis=0))
+
+    def points(self, surface, local):
+        """Local coordinates (n, 3) on surfaces (n,) -> points (n, 3) m"""
+        affine = np.einsum("nij,nj->ni", self.linear.take(surface, axis=0), local * self.depth[surface][:, None])
+        twist = (local[:, 0] * local[:, 1])[:, None] * self.twist.take(surface, axis=0)
+        return self.origin.take(surface, axis=0) + affine + twist
+
+    def normals(self, surface, local):
+        """Unit normals (n, 3) there, of the surfaces' sides."""
+        across = np.einsum("nji,nj->ni", self.inverse.take(surface, axis=0), local)
+        return unit(self.each("normals", surface, local, across)) * self.sign[surface][:, None]
+
+    def inset(self, surface, points):
+        """Points (n, 3) m of one surface moved off its border, or to its depth."""
+        return self.kinds[self.kind[surface]].inset(surface, points)
+
+
+def _merged(parts, places):
+    """Parts (k, ...) of arrays, each at its places (k,), as one."""
+    out = np.empty((sum(map(len, places)), *parts[0].shape[1:]), parts[0].dtype)
+    for part, some in zip(parts, places):
+        out[some] = part
+    return out
 
 
 def _solid(x, y):

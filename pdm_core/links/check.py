@@ -143,7 +143,7 @@ class Check:
             rho = light.scene.reflectance[look.surface]
             fine = look.rows.times(value) + look.fractions @ light.colours
             found.append(rho * (fine - light.incident(look.surface, look.points)))
-            held_there = sent.interpolate(sent.locate(look.surface, sent.local(look.surface, look.points)), held)
+            held_there = sent.interpolate(sent.locate(look.surface, sent.on.local(look.surface, look.points)), held)
             sources.append(np.stack([rho * (fine - held_there[:, :3]), rho * held_there[:, 3:]]))
         residual = Residual(self.looks, np.concatenate(found))
         found = residual.rms / light.norm
@@ -192,7 +192,7 @@ class Check:
     def _learn(self, residual):
         """Leaves whose residual is larger than their surplus promised, and their siblings, are to be refined."""
         f = self.light.transport.field
-        cells = f.locate(residual.surface, f.local(residual.surface, residual.points))[0]
+        cells = f.locate(residual.surface, f.on.local(residual.surface, residual.points))[0]
         found = np.linalg.norm(residual.value, axis=1)
         child = f.child[f.parent[cells]]
         family = np.where((f.parent[cells] >= 0)[:, None], child[:, None] + np.arange(4), cells[:, None])

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..at_once import CACHED, parts
+from ..biquadratic import basis
 from ..closed_forms import divide, dot
 from ..contour import polygon_unoccluded
-from ..field import basis
 from ..field_charts import graded, graded_slope
 from ..numerics import gauss_legendre
 from ..shadows import Shadows
@@ -67,7 +67,7 @@ class FromPlanes:
         everyone = np.arange(len(field.level))
         chart = field.chart_of(everyone)
         self.corner = field.in_chart(everyone).T  # of cells (2, n); their charts begin and extend so along the edges
-        self.begin, end = (field.kinds[0].cuts[field.surface, ((0,), (1,)), chart.T + k] for k in (0, 1))
+        self.begin, end = (field.on.rectangles.cuts[field.surface, ((0,), (1,)), chart.T + k] for k in (0, 1))
         self.extent = end - self.begin
         self.links = 0
 
@@ -80,7 +80,7 @@ class FromPlanes:
         height = np.einsum("ni,ni->n", x - self.factors.origin[s], self.factors.front[s])
         shafts = self.factors.shafts
         occluders = shafts.in_view(x, n, corners, shafts.for_pairs(x, own, s))
-        foot = np.ascontiguousarray(self.field.local(s, x)[:, :2].T)
+        foot = np.ascontiguousarray(self.field.on.local(s, x)[:, :2].T)
         below = -height * np.einsum("ni,ni->n", n, self.factors.front[s])
         slope = np.stack([dot(n.T, edge.take(s, axis=1)) for edge in self.frame[1:]])
         shadows = Shadows(shafts.table, x, [axis.take(s, axis=1) for axis in self.frame], occluders)

@@ -34,7 +34,7 @@ class FromSpheres:
     def _sample_cone(self, x, n, s, factor, r, rings, turns):
         """Directions spread over the outline of ball s, in the space where it is round: (entries of one size)."""
         f = self.field
-        local = np.einsum("nij,nj->ni", f.inverse.take(s, axis=0), x - f.origin.take(s, axis=0))
+        local = f.on.local(s, x)
         distance = np.maximum(np.linalg.norm(local, axis=1), 1.0)
         axis, e1, e2 = _frame(-local)
         u, wu = gauss_legendre(rings)
@@ -43,7 +43,7 @@ class FromSpheres:
         circle = np.cos(turn)[:, None] * e1[:, None] + np.sin(turn)[:, None] * e2[:, None]
         cosine = np.sqrt(1 - sin2)[:, :, None, None]
         d = np.sqrt(sin2)[:, :, None, None] * circle[:, None] + cosine * axis[:, None, None]
-        world = np.einsum("nij,nabj->nabi", f.linear[s], d)
+        world = np.einsum("nij,nabj->nabi", f.on.linear[s], d)
         along = np.einsum("nabi,nabi->nab", world, world)
         # solid angle: in the round space d(sin^2)/(2 cos) dphi, and |det| / |L d|^3 to the world
         kernel = np.maximum(np.einsum("nabi,ni->nab", world, n), 0.0) / along**2
@@ -80,8 +80,8 @@ class FromSpheres:
         turn = (np.arange(turns) + 0.5) * (2 * np.pi / turns)
         circle = np.cos(turn)[:, None] * e1[:, None] + np.sin(turn)[:, None] * e2[:, None]
         d = np.sqrt(u)[:, None, None] * circle[:, None] + np.sqrt(1 - u)[:, None, None] * axis[:, None, None]
-        local = (x - self.field.origin[s]) @ self.field.inverse[s].T
-        step = d @ self.field.inverse[s].T
+        local = (x - self.field.on.origin[s]) @ self.field.on.inverse[s].T
+        step = d @ self.field.on.inverse[s].T
         a = np.einsum("nabi,nabi->nab", step, step)
         b = np.einsum("nabi,ni->nab", step, local)
         c = (np.einsum("ni,ni->n", local, local) - 1)[:, None, None]

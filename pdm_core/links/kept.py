@@ -4,6 +4,7 @@ import numpy as np
 
 from ..checked import SceneError
 from ..error_flow import areas_of_nodes
+from ..field_values import conform
 from ..kept import KeptGroups, group
 from ..tolerances import TINY
 
@@ -62,7 +63,7 @@ class KeptLinks(KeptGroups):
             known = (seen > TINY)[:, None]
             value[:, own] = np.where(known, columns[:, own] / np.where(known, seen[:, None], 1.0), overall)
             scale[:, own] = factor[:, None]
-        return transport.field.conform_of(received.leaves, received.local, value), scale
+        return conform(transport.field, received.leaves, received.local, value), scale
 
     def check(self, scene):
         lit = (scene.emission > 0).any(axis=1)

@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import each_surface
 from ..error_estimates import leaf_errors
+from ..field_values import predict, surpluses
 from ..numerics import Rows, gmres
 from ..plan import proportional_channels
 from .gather import Detail
@@ -53,7 +54,7 @@ class SolvedLight:
         """Where the transport has new nodes, what is known of the light there."""
         t, old = self.transport, len(self.indirect)
         if len(t.field.keys) > old:
-            self.indirect = np.concatenate([self.indirect, t.field.predict(self.indirect, old)])
+            self.indirect = np.concatenate([self.indirect, predict(t.field, self.indirect, old)])
         if len(t.fractions) > len(self.lit):
             self.lit = t.fractions @ self.colours
             self._measure()
@@ -112,7 +113,7 @@ class SolvedLight:
         """How the sources vary, for the choice of links."""
         f, value = self.transport.sent, self.radiosity()
         variation = np.ptp(value[f.nodes], axis=1).max(axis=1)
-        surplus = np.abs(f.surplus(value)).max(axis=(1, 2))
+        surplus = np.abs(surpluses(f, value)).max(axis=(1, 2))
         below = np.zeros(len(f.level))
         for level in range(f.level.max(), 0, -1):
             cells = np.flatnonzero(f.level == level)

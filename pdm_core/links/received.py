@@ -10,6 +10,7 @@ import copy
 import numpy as np
 
 from ..error_estimates import DECAY, decay
+from ..field_values import conform, surpluses_of
 from ..tolerances import TINY
 
 MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
@@ -59,8 +60,8 @@ class Received:
         leaves = self.cells[is_leaf]
         nodes, size = self.local[f.nodes[self.cells]], f.sizes()[leaves]
         shape = (len(self.means), -1)
-        lump = f.surplus_of(self.cells, self.local, self.received.reshape(shape)).reshape(*nodes.shape, -1, 3)
-        split = f.surplus_of(self.cells, self.local, self.means.reshape(shape)).reshape(lump.shape)
+        lump = surpluses_of(f, self.cells, self.local, self.received.reshape(shape)).reshape(*nodes.shape, -1, 3)
+        split = surpluses_of(f, self.cells, self.local, self.means.reshape(shape)).reshape(lump.shape)
         split = reflectance * split * self.factors[nodes][..., None]
         lump = reflectance * lump
         scale = size[:, None, None] * DECAY**2 / 9
@@ -93,7 +94,7 @@ class Received:
         return self
 
     def conform(self):
-        self.values = self.field.conform_of(self.leaves, self.local, self.values)
+        self.values = conform(self.field, self.leaves, self.local, self.values)
         return self
 
     def between(self, cell, weight, factors):

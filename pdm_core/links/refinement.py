@@ -5,7 +5,8 @@ import numpy as np
 from .. import each_surface
 from ..error_estimates import bends, leaf_errors
 from ..error_flow import areas_of_nodes
-from ..field import DEEPEST, crowded
+from ..field import DEEPEST
+from ..gaps import crowded
 from .check import SAFETY
 from .light import Precision
 

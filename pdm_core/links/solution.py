@@ -64,7 +64,7 @@ class Solution(ReadOff):
         for k, mine in runs_of(surface):
             on[mine] = self.scene.surfaces[k].shape.project(points[mine]) - transport.origin
         for part in slices(len(points), CACHED):
-            placed = sent.locate(surface[part], sent.local(surface[part], on[part]))
+            placed = sent.locate(surface[part], sent.on.local(surface[part], on[part]))
             out[part] = sent.interpolate(placed, value)
             yield part.start / len(points)
         return out

@@ -74,14 +74,14 @@ class Transport:
     def _place(self):
         """Where the nodes of `sent` lie in the field: cells (n,) and weights (n, 9)."""
         f = self.sent
-        self.placed = self.field.locate(f.node_surface, f.local(f.node_surface, f.points))
+        self.placed = self.field.locate(f.node_surface, f.on.local(f.node_surface, f.points))
 
     def _coarser(self):
         """Leaves of `sent` that are coarser than the field: it has to carry the field's detail."""
         f = self.field
         leaves = f.leaves
         points = f.points[f.nodes[leaves, 4]]
-        there = self.sent.locate(f.surface[leaves], f.local(f.surface[leaves], points))[0]
+        there = self.sent.locate(f.surface[leaves], f.on.local(f.surface[leaves], points))[0]
         return np.unique(there[self.sent.level[there] < f.level[leaves]])
 
     # -- factors of the lights -----------------------------------------------------------------------------------
@@ -118,7 +118,7 @@ class Transport:
         for s, part, needed, some, factor in zip(present, parts, wanted, sources, factors):
             lights = np.append(np.searchsorted(needed, self.lights), -1)
             own = np.full(len(part), s)
-            placed = self.field.locate(own, self.field.local(own, x[part]))
+            placed = self.field.locate(own, self.field.on.local(own, x[part]))
             some = factor[:, np.searchsorted(needed, some)]
             out.append((s, part, factor[:, lights], some, *placed, covered[part]))
         return out

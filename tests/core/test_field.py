@@ -74,7 +74,7 @@ def test_cells_of_cut_planes_cover_them_and_are_found_again():
     assert np.allclose(np.bincount(field.surface[leaves], field.sizes()[leaves]), field.scene.areas)
     uv = rng.uniform(0.1, 0.9, (len(leaves), 2))
     points, _ = field.place(leaves, uv)
-    found, weights = field.locate(field.surface[leaves], field.local(field.surface[leaves], points))
+    found, weights = field.locate(field.surface[leaves], field.on.local(field.surface[leaves], points))
     assert (found == leaves).all()
     nodes = np.stack(
         [(weights * at).sum(axis=1) for at in np.array([(a, b) for a in range(3) for b in range(3)]).T / 2], 1
