@@ -25,7 +25,7 @@ class Split:
 
     def __init__(self, mesh, size):
         """size m: of the cells, about which the smaller edges are long."""
-        corners = mesh.vertices[mesh.triangles]
+        corners = mesh.corners
         longest = np.sqrt(((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1))
         size = max(size, 1e-300)
         # of a long thin one no more than a few times the cells that its area is

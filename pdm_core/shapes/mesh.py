@@ -10,16 +10,13 @@ import numpy as np
 
 from ..closed_forms import cross, dot
 from ..coincident import REACHES
-from ..names import names_of
-from ..nearest import NearestTriangle
 from .mesh_faces import Faces
 from .mesh_light import MeshLight
+from .mesh_places import MeshPlaces
+from .mesh_receiving import LIFTED, MeshReceiving
 from .plane import Facet
-from .rims import ways_in
 from .shape import FLATTEST, Shape, unit
-from .triangles import INNER, barycentric, inner, spread_over
-
-LIFTED = 1e-4  # of a triangle's size: what points that give or receive light are lifted off it
+from .triangles import spread_over
 
 
 class Mesh(Shape):
@@ -60,7 +57,7 @@ class Mesh(Shape):
         return self.faces.corner_normals(self.triangle_normals)
 
     @cached_property
-    def _points(self):
+    def corners(self):
         """(t, 3, 3) m, corners of the triangles."""
         return self.vertices[self.triangles]
 
@@ -88,7 +85,7 @@ class Mesh(Shape):
     @cached_property
     def pieces(self):
         """[Facet] its triangles."""
-        return [Facet.of(corners, self.thickness) for corners in self._points]
+        return [Facet.of(corners, self.thickness) for corners in self.corners]
 
     @property
     def facet_count(self):
@@ -98,7 +95,7 @@ class Mesh(Shape):
     @property
     def facets(self):
         """What rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart (k, 2, 3), see rays.facets."""
-        p, q, r = np.moveaxis(self._points, 1, 0)
+        p, q, r = np.moveaxis(self.corners, 1, 0)
         chart = np.tile(np.array([[[0.0, 1, 0], [0, 0, 1]]]), (len(p), 1, 1))
         return p, q - p, r - p, np.ones(len(p), bool), chart
 
@@ -133,44 +130,18 @@ class Mesh(Shape):
         return self.area / (2 * self.bounds[1])
 
     @cached_property
-    def _tree(self):
-        return NearestTriangle(self._points)
+    def places(self):
+        """MeshPlaces of the triangles."""
+        return MeshPlaces(self.vertices, self.triangles)
 
     def nearest(self, points):
         """points (n, 3) -> nearest triangle (n,), barycentric coordinates (n, 3) of the nearest point on it."""
-        points = np.asarray(points, float)
-        names, corner = self._corner_names
-        found = np.minimum(np.searchsorted(names, name := names_of(points)), len(names) - 1)
-        elsewhere = np.flatnonzero(names[found] != name)
-        triangle, weights = corner[found] // 3, np.eye(3)[corner[found] % 3]
-        triangle[elsewhere], weights[elsewhere] = self._tree.find(points[elsewhere])
-        return triangle, weights
-
-    @cached_property
-    def _names(self):
-        """(t, 3) names of the places of triangles' corners."""
-        return names_of(self.vertices)[self.triangles]
-
-    @cached_property
-    def _longest(self):
-        """(t,) m of the triangles' edges."""
-        return np.linalg.norm(self._points - np.roll(self._points, 1, axis=1), axis=2).max(axis=1)
-
-    @cached_property
-    def _rims(self):
-        """See ways_in."""
-        return ways_in(self._names, self._points, self.triangle_normals)
-
-    @cached_property
-    def _corner_names(self):
-        """Names (k,), sorted, of the places where triangles have corners, and a corner there of each (k,): what is read
-        off at vertices needs no search."""
-        return np.unique(self._names.ravel(), return_index=True)
+        return self.places.nearest(points)
 
     def project(self, points):
         """points (n, 3) -> nearest points (n, 3) on the shape."""
         triangle, weights = self.nearest(points)
-        return np.einsum("nk,nki->ni", weights, self._points[triangle])
+        return np.einsum("nk,nki->ni", weights, self.corners[triangle])
 
     def normals(self, points):
         """Unit shading normals (n, 3) of the front at points (n, 3); their faces' own where those cancel."""
@@ -200,50 +171,17 @@ class Mesh(Shape):
         """m; what points are lifted off it at most that receive light, at least so many m."""
         return LIFTED * np.sqrt(self.areas.max()) + least
 
-    def receiving(self, points, sign, least, normals=None, middle=None, triangle=None):
-        """points (n, 3) m near it -> where they receive light on the side of the sign, at least so many m off it, and
-        shading normals there (n, 3): those told, its own where they are nan or None. middle (n, 3) m: a point of the
-        face that each belongs to, nan or None for the nearest; triangle (n,): where it is known."""
-        toward = points
-        if middle is not None:  # clearly on its own face
-            known = np.isfinite(middle).all(axis=1)
-            toward = np.where(known[:, None], points + INNER * (np.nan_to_num(middle) - points), points)
-        if triangle is None:
-            triangle, bary = self.nearest(toward)
-        else:
-            bary = barycentric(toward, self._points[triangle])
-        flat = sign * self.triangle_normals[triangle]
-        smooth = sign * np.einsum("nk,nki->ni", bary, self.corner_normals[triangle])
-        if normals is not None:
-            given = np.isfinite(normals).all(axis=1) & (np.abs(np.nan_to_num(normals)).max(axis=1) > 0)
-            smooth = np.where(given[:, None], np.nan_to_num(normals), smooth)
-        length = np.linalg.norm(smooth, axis=1, keepdims=True)
-        smooth = np.where(length > 1e-12, smooth / np.maximum(length, 1e-300), flat)
-        bary = inner(bary)
-        place = np.einsum("nk,nki->ni", bary, self._points[triangle]) + self._inward(triangle, bary, least)
-        lift = np.maximum(LIFTED * np.sqrt(self.areas[triangle]), least)
-        # off the face, or along the light's own normal where faces meet in a ridge
-        return place + lift[:, None] * (flat + smooth) / 2, smooth
+    @cached_property
+    def _receiving(self):
+        return MeshReceiving(self)
 
-    def _inward(self, triangle, bary, least):
-        """(n, 3) m: how far points, bary (n, 3) on triangles (n,), are moved along them, so as to keep at least so many
-        m from where the mesh ends: what touches it there may be a little before them."""
-        out, least = np.zeros((len(triangle), 3)), min(least, self.thickness / 4)
-        some = np.flatnonzero(
-            least * self._longest[triangle] > 2 * INNER * self.areas[triangle]
-        )  # else they keep it anyway
-        if not len(some) or not len(self._rims[0]):
-            return out
-        (names, ways), name = self._rims, self._names[triangle[some]]
-        found = np.minimum(np.searchsorted(names, name), len(names) - 1)
-        way = np.einsum("nk,nki->ni", np.where(names[found] == name, bary[some], 0.0), ways[found])
-        normal = self.triangle_normals[triangle[some]]
-        out[some] = least * (way - np.einsum("ni,ni->n", way, normal)[:, None] * normal)
-        return out
+    def receiving(self, points, sign, least, normals=None, middle=None, triangle=None):
+        """See MeshReceiving.at."""
+        return self._receiving.at(points, sign, least, normals, middle, triangle)
 
     def spread(self, count):
         """Points (count, 3) m spread evenly over the area."""
-        return spread_over(self._points[self._tree.order], count)  # neighbours follow each other
+        return spread_over(self.corners[self.places.tree.order], count)  # neighbours follow each other
 
     def problem(self):
         """What is wrong with the shape, as a sentence, or None."""
