@@ -3,7 +3,7 @@
 import numpy as np
 
 from .checked import SceneError, index, vectors
-from .foretell import USUAL, seconds_to
+from .foretell import seconds_to
 from .scene import Scene
 from .shapes.shape import unit
 from .signs_of_life import finish
@@ -19,7 +19,6 @@ class ReadOff:
     """Of a solution with `scene`, `surface_errors`, `surface_norms`, `incident_steps`, `estimated_error_steps`,
     `kept_steps`, and `held_steps`: the irradiance as its cells hold it, at once and roughly, without gathering."""
 
-    usual_power = USUAL
     anew = None  # of a solution by `solve`: the function of another Scene that solves it to the same target
 
     def incident(self, surface_index, points, normals=None, inward=None):
@@ -61,7 +60,7 @@ class ReadOff:
 
     def seconds_to(self, target):
         """Seconds that a solution to the target may take, from how this one converged; None where nothing is known."""
-        return seconds_to(self.history, target, self.usual_power)
+        return seconds_to(self.history, target)
 
     def error_over(self, surfaces):
         """Estimated relative L2 error of L - Le over these surfaces (indices) alone."""

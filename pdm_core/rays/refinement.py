@@ -24,7 +24,8 @@ KEPT_WHOLE = 0.05  # of the square of the error: cells that make no more are not
 
 def improve(check):
     """Work of a Check's RayState on the largest parts of its error; False where nothing is left to do; yields."""
-    state, excess, did = check.state, excess_of(check), False
+    state, did = check.state, False
+    excess = excess_of(check.parts, state.target)
     if excess["rays"] > 1 and state.read < MOST_RAYS:
         more = state.read * excess["rays"] ** (1 / POWER)
         more = STEP * np.ceil(np.clip(more, 1.5 * state.read, MOST_MORE[0] * state.read) / STEP)
@@ -42,14 +43,15 @@ def improve(check):
     return did or finer is not None or count is not None
 
 
-def excess_of(check):
-    """{part: how many times larger it is than its share of what the target allows}; of cells, which are slow to become
-    finer, than what the others leave once they are no larger than their shares, where that is more."""
-    allowed = REACHED * check.state.target / SAFETY
+def excess_of(parts, target):
+    """parts {name: of the error of a Check} -> {part: how many times larger it is than its share of what the target
+    allows}; of cells, which are slow to become finer, than what the others leave once they are no larger than their
+    shares, where that is more."""
+    allowed = REACHED * target / SAFETY
     shares = {k: share * allowed for k, share in SHARES.items()}
-    others = sum(min(v, shares.get(k, allowed)) ** 2 for k, v in check.parts.items() if k != "sent")
+    others = sum(min(v, shares.get(k, allowed)) ** 2 for k, v in parts.items() if k != "sent")
     shares["sent"] = max(shares["sent"], np.sqrt(max(allowed**2 - others, 0.0)))
-    return {k: check.parts[k] / share for k, share in shares.items()}
+    return {k: parts[k] / share for k, share in shares.items()}
 
 
 def finer_directions(state, excess):

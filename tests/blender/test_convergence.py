@@ -130,7 +130,7 @@ def test_the_time_limit_sizes_the_ladder(addon, monkeypatch):
     scenes.lit_ball()
     module = addon("operators.reporting.convergence")
 
-    def told(history, target, power):
+    def told(history, target):
         return 2 * NEVER if target < 0.05 else 0.0
 
     monkeypatch.setattr(addon("pdm_core.read_off"), "seconds_to", told)
