@@ -112,6 +112,7 @@ def _read(context):
             next(watch.steps)
     except StopIteration as end:
         watch.steps, watch.is_stale, watch.problem = None, False, ""
+        watch.is_slow &= bool(end.value["objects"])  # else it is the machine, for once, that was
         context.scene.pdm_radiosity.keep_scan(end.value)
         return True
     finally:

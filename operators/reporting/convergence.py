@@ -22,7 +22,7 @@ from ..baking.report import plain, version
 from ..reading.read_scene import read_steps
 from .convergence_page import CYCLES, EXACT, PUBLISHED
 from .cycles_beside import cycles_steps
-from .peak_memory import count_anew, peak_megabytes
+from .peak_memory import added_megabytes, count_anew
 
 LADDER = (0.16, 0.08, 0.04, 0.02, 0.01, 0.005, 0.0025, 0.00125)
 PATCHES = ((1, 3), (2, 3), (3, 5), (6, 5), (12, 5))  # divisions and points of the published method
@@ -134,7 +134,7 @@ def _ladder(scene, places, keep, stop):
             why = "stopped" if stop() else "the time limit"
             keep.said.append(f"targets from {100 * target:g} % on are left out: {why}")
             break
-        count_anew()
+        held = count_anew()
         cpu, wall = time.process_time(), time.perf_counter()
         steps = solve_steps(scene, target, max(keep.left(share), 1e-3))
         try:
@@ -150,7 +150,7 @@ def _ladder(scene, places, keep, stop):
         seconds, cpu = time.perf_counter() - wall, time.process_time() - cpu
         keep.runs.append({
             "method": EXACT, "setting": f"target {100 * target:g} %", "stated": solution.error, "seconds": seconds,
-            "cpu_seconds": cpu, "peak_megabytes": peak_megabytes(), "nodes": solution.nodes,
+            "cpu_seconds": cpu, "peak_megabytes": added_megabytes(held), "nodes": solution.nodes,
             **_work(solution.counts), "history": solution.history, "values": evaluated,
         })  # fmt: skip
         last = [(solution, evaluated)]
@@ -201,7 +201,7 @@ def _published(scene, places, keep, stop):
             if divisions == PATCHES[0][0] and not stop():
                 keep.said.append(f"the published method is left out: {len(scene):,} surfaces are too many for it")
             break
-        count_anew()
+        held = count_anew()
         cpu, wall = time.process_time(), time.perf_counter()
         what = f"{divisions} x {divisions} patches, {points} points"
         steps = patch_radiosity_steps(scene, divisions, points)
@@ -210,7 +210,7 @@ def _published(scene, places, keep, stop):
         before = time.perf_counter() - wall
         keep.runs.append({
             "method": PUBLISHED, "setting": what, "stated": None, "seconds": before,
-            "cpu_seconds": time.process_time() - cpu, "peak_megabytes": peak_megabytes(),
+            "cpu_seconds": time.process_time() - cpu, "peak_megabytes": added_megabytes(held),
             "nodes": len(solution.patches), "links": len(solution.patches) ** 2,
             "visibility_done": solution.counts["sampled"], "visibility_left_out": 0, "values": values,
         })  # fmt: skip
@@ -247,7 +247,8 @@ def result_steps(context, reading, places, keep, reference, plan):
     floor: the reference's own stated error, below which differences mean nothing
     runs [{method, setting, reference: whether it is that, stated, measured {vertices, surfaces {l2, p95, worst}},
         noise, seconds, cpu_seconds, peak_megabytes, nodes, and by links: links, visibility_done, visibility_left_out,
-        by rays: rays, shadow_rays}]; peak_megabytes: of the process during this run, None where the system cannot tell
+        by rays: rays, shadow_rays}]; peak_megabytes: above what the process held before, None where the
+        system cannot tell
     saved [{what, seconds, without, target}]: what the scene does not need, done all the same
     foretold {target: seconds}; objects [{name, label, error}]; worst, map: see _where
     """

@@ -274,7 +274,8 @@ def _table(result):
     note = (
         "Errors are of the reflected light, relative to it: L2 over random places of all surfaces and over the baked "
         "vertices, the 95th percentile and the worst of these. Noise of Cycles is from two seeds; its bias is what is "
-        "left, the mesh's facets instead of round balls above all. Peak memory is the process's so far."
+        "left, the mesh's facets instead of round balls above all. Peak MB is what a run took at the most "
+        "beside what Blender held before it."
     )
     return (
         f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'

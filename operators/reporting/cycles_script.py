@@ -16,7 +16,7 @@ import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # the extension is not installed where this runs
 
-from peak_memory import count_anew, peak_megabytes  # noqa: E402
+from peak_memory import added_megabytes, count_anew  # noqa: E402
 
 ATTRIBUTE = "PDM Cycles"
 BOUNCES = 1024
@@ -68,10 +68,11 @@ def main(folder, samples, *names):
     set_up(names)
     bake(names, 1, 0)  # the first one builds kernels and the scene
     for count in (int(n) for n in samples.split(",")):
-        count_anew()
+        held = count_anew()
         (one, cpu, wall), (other, again, rewall) = bake(names, count, 1), bake(names, count, 2)
         arrays = {f"{seed}:{k}": v[name] for k, name in enumerate(names) for seed, v in ((1, one), (2, other))}
-        path, peak = os.path.join(folder, f"{count}.npz"), peak_megabytes() or np.nan
+        path, peak = os.path.join(folder, f"{count}.npz"), added_megabytes(held)
+        peak = np.nan if peak is None else peak
         np.savez(f"{path}.part.npz", seconds=[(wall + rewall) / 2, (cpu + again) / 2], peak=peak, **arrays)
         os.replace(f"{path}.part.npz", path)
 

@@ -183,14 +183,15 @@ def test_cycles_agrees_but_for_its_noise_and_facets(addon, cycles_samples):
 @pytest.mark.skipif(sys.platform != "linux", reason="no other system counts anew")
 def test_peak_memory_is_of_one_run(addon):
     module = addon("operators.reporting.peak_memory")
-    held = np.ones(20_000_000)  # 160 MB
-    module.count_anew()
-    before = module.peak_megabytes()
-    more = np.ones(10_000_000)
-    assert 70 < module.peak_megabytes() - before < 120
-    del held, more
-    module.count_anew()
-    assert module.peak_megabytes() < before
+    earlier = [np.ones(1000) for _ in range(10_000)]  # 80 MB in small pieces
+    before = np.ones(20_000_000)
+    del earlier
+    for size in (10_000_000, 2_500_000):
+        held = module.count_anew()
+        more = [np.ones(1000) for _ in range(size // 1000)]
+        assert 0.8 * 8 * size / 1e6 < module.added_megabytes(held) < 1.3 * 8 * size / 1e6
+        del more
+    assert len(before) and module.added_megabytes(None) is None
 
 
 def test_error_map_is_a_second_attribute(addon):
