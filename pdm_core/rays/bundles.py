@@ -14,6 +14,8 @@ from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
 
 TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
+LATER = 4.0  # tolerances: so much further counts what shows a side without light, where another lies just there
+SLANTED = 1e-3  # cosine from which on it is no more than that
 NOTHING, CONTACT = -1, -2  # instead of a facet
 
 
@@ -69,7 +71,7 @@ def along(facets, directions, receivers):
     boxes = [np.concatenate(both, axis=1) for both in zip(boxes, _ball_boxes(facets, planes))]
     n, m, flats = len(x), facets.count, facets.count * len(planes)
     nearest, reached, shape = np.full(n, NOTHING), np.full(n, np.inf), facets.shape
-    triangle = np.tile(facets.triangle, len(planes))
+    triangle, later = np.tile(facets.triangle, len(planes)), _later(facets, planes)
     of = np.append(np.tile(np.arange(m), len(planes)), np.tile(np.arange(m, len(shape)), len(planes)))
     for who, found in pairs_of(*side_by_side(x, y, *boxes, which, len(planes), flats)):
         depth = np.full(len(who), np.inf)
@@ -84,6 +86,8 @@ def along(facets, directions, receivers):
         close = np.flatnonzero(met & (d < -start))
         seen = np.einsum("ni,ni->n", ray.take(r[close], axis=0), facets.normal.take(k[close], axis=0))
         met[close] = sign.take(r[close]) * seen < 0
+        if later is not None:
+            d += later[(sign.take(r) < 0).astype(int), found.take(flat)]
         depth[flat[met]] = d[met]
         round_ = np.flatnonzero(found >= flats)
         if len(round_):
@@ -104,6 +108,18 @@ def along(facets, directions, receivers):
     hits = _described(facets, facet, at, reached, sign[:, None] * ray, cosine, receivers)
     hits.facet[_in_contact(facets, facet, reached * np.abs(cosine), receivers)] = CONTACT
     return hits
+
+
+def _later(facets, planes):
+    """(2, k m) m: how much further facets count along the last axes of planes (k, 3, 3), and against them. Where faces
+    that look opposite ways lie on each other, as those of a mesh that is flat, the one is met that faces the ray. None:
+    all have light on both sides."""
+    dark = facets.surface[: facets.count] < 0
+    if (dark[:, 0] == dark[:, 1]).all():
+        return None
+    cosine = (planes[:, 2] @ facets.normal.T).ravel()
+    front, back = np.tile(dark, (len(planes), 1)).T * LATER * facets.tolerance / np.maximum(np.abs(cosine), SLANTED)
+    return np.where(cosine < 0, (front, back), (back, front))
 
 
 def _described(facets, facet, at, best, direction, cosine, receivers):

@@ -1,7 +1,7 @@
 """Shapes that are neither flat nor round: triangles, as they are given, with shading normals at their corners.
 
 Whatever is given is taken: open, non-manifold, inside out, crossing itself. Only faces that no light can reach are left
-out, those without area and those that lie on an earlier one with the same corners.
+out, those without area and those that lie on an earlier one with the same corners and look the same way.
 """
 
 from functools import cached_property

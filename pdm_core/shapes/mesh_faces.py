@@ -46,12 +46,26 @@ class Faces:
         sides = [dot(side, side) for side in (q - p, r - q, p - r)]
         across = cross(q - p, r - p)
         keep = np.sqrt(dot(across, across)) > FLATTEST * np.maximum.reduce(sides)
-        # vertices at one place are one here: doubled faces need not share them, nor begin with the same one
-        key = np.add.reduceat(names_of(self.vertices)[self._corner], self._start[:-1])
-        first = np.unique(key, return_index=True)[1]
-        if len(first) < len(key):
+        first = np.unique(self._ways[0], return_index=True)[1]
+        if len(first) < self.count:
             keep &= np.isin(np.searchsorted(self._start, corners[:, 0], side="right") - 1, first)
         return corners[keep]
+
+    @cached_property
+    def _ways(self):
+        """(f,) Names of the faces, and of what looks the other way: the same where corners lie at the same places.
+        Vertices at one place are one here: doubled faces need not share them, nor begin with the same one."""
+        name = names_of(self.vertices)[self._corner]
+        after = np.arange(1, len(name) + 1)
+        after[self._start[1:] - 1] = self._start[:-1]
+        mixed = name ^ (name >> np.uint64(31))
+        pairs = name * mixed[after], name[after] * mixed
+        return [np.add.reduceat(pair, self._start[:-1]) for pair in pairs]
+
+    @cached_property
+    def backed(self):
+        """(t,) Whether another face lies on the back of each triangle's: nothing is seen of it."""
+        return np.isin(*self._ways)[self.of]
 
     @cached_property
     def triangles(self):

@@ -15,18 +15,19 @@ AFAR = 6.0  # radii of a cluster from which on it is one point
 
 
 class MeshLight:
-    """Of the side of the sign of a Mesh, where its radiance is 1."""
+    """Of the side of the sign of a Mesh, where its radiance is 1; of backs those that no other face lies on."""
 
     def __init__(self, mesh, sign):
         self.mesh, self.sign = mesh, sign
+        self.seen = np.flatnonzero((sign > 0) | ~mesh.faces.backed)
         self.corners, self.normals = mesh.vertices[mesh.triangles], sign * mesh.triangle_normals
 
     def at(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi"""
-        if len(self.mesh.triangles) > TRIANGLES:
+        if len(self.seen) > TRIANGLES:
             return self._of_clusters(points, normals)
-        corners, n, out = self.corners, self.normals, np.zeros(len(points))
-        step = max(1, AT_ONCE // len(corners))
+        corners, n, out = self.corners[self.seen], self.normals[self.seen], np.zeros(len(points))
+        step = max(1, AT_ONCE // max(len(corners), 1))
         for start in range(0, len(points), step):
             x, m = points[start : start + step], normals[start : start + step]
             ahead = np.einsum("pti,ti->pt", x[:, None] - corners[:, 0], n) > 0
@@ -61,19 +62,19 @@ class MeshLight:
     @cached_property
     def clusters(self):
         """The Clusters of its triangles."""
-        return Clusters(self.mesh, self.sign)
+        return Clusters(self.mesh, self.sign, self.seen)
 
 
 class Clusters:
     """Of a mesh's triangles, near each other and turned alike: place, normal (c, 3), its length below 1 where they are
-    bent; area, radius (c,); order (t,) of the triangles, first, count (c,) of each cluster in it."""
+    bent; area, radius (c,); order (t,) of the triangles seen (t,), first, count (c,) of each cluster in it."""
 
-    def __init__(self, mesh, sign):
+    def __init__(self, mesh, sign, seen):
         middle = mesh.vertices[mesh.triangles].mean(axis=1)
         axis = np.abs(mesh.triangle_normals).argmax(axis=1)
         turned = 2 * axis + (mesh.triangle_normals[np.arange(len(axis)), axis] > 0)
         most = max(CLUSTER, len(axis) // MOST_CLUSTERS)
-        parts, left = [], [np.flatnonzero(turned == k) for k in range(6)]
+        parts, left = [], [seen[turned[seen] == k] for k in range(6)]
         while left:
             some = left.pop()
             if len(some) <= most:

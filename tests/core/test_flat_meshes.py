@@ -1,0 +1,54 @@
+"""Meshes of no thickness: faces that look opposite ways lie on each other, as of a ball or a crate scaled to nothing.
+
+Rays met either of them, of those which lie in one plane, and its back is black; of faces at the same corners the later
+was left out, whichever way it looks.
+"""
+
+import numpy as np
+import pytest
+from test_contacts import PLACES, Place
+from test_mesh import CUBE, CUBE_FACES, ball
+from test_rays_cases import by_rays
+
+from pdm_core import Mesh, Scene, Surface, solve
+
+PAPER = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+
+
+@pytest.fixture(params=PLACES, ids=list(PLACES))
+def place(request):
+    return Place(*PLACES[request.param])
+
+
+@pytest.mark.parametrize("squashed", [(1, 1, 0), (1, 1, 1e-11), (0.6, 0, 0.8)])
+@pytest.mark.parametrize("smooth", [True, False])
+def test_a_ball_flattened_to_nothing_in_a_furnace(place, squashed, smooth):
+    vertices, faces = ball(8)
+    disc = Mesh(place(0.5 * vertices * squashed + (0, 0, 0.6)), faces, smooth)
+    floor = place.plane((-2, -2, 0), (4, 0, 0), (0, 4, 0))
+    solution = by_rays(Scene([Surface(floor, 0.5, 0.5), Surface(disc, 0.7, 0.3)], 1.0))
+    for k, shape in enumerate((floor, disc)):
+        assert np.abs(solution.radiance(k, shape.spread(200)) - 1).max() < 1e-3
+
+
+LAMPS = {
+    "crate": (CUBE * (1, 1, 0), CUBE_FACES, ["front"]),
+    "crate of both sides": (CUBE * (1, 1, 0), CUBE_FACES, ["front", "back"]),
+    "two faces": (PAPER, [[0, 1, 2, 3], [3, 2, 1, 0]], ["front"]),
+    "two faces of both sides": (PAPER, [[0, 1, 2, 3], [3, 2, 1, 0]], ["front", "back"]),
+}
+
+
+@pytest.mark.parametrize("lamp", LAMPS)
+def test_a_lamp_of_no_thickness_shines_both_ways_once(place, lamp):
+    vertices, faces, sides = LAMPS[lamp]
+    walls = [
+        Surface(place.plane((-2, -2, 0), (5, 0, 0), (0, 5, 0)), 0.5),
+        Surface(place.plane((-2, -2, 2), (0, 5, 0), (5, 0, 0)), 0.5),
+    ]
+    mesh = Mesh(place(vertices * (1, 1, 0) + (0, 0, 0.8)), faces, False)
+    found = by_rays(Scene(walls + [Surface(mesh, emission=10, side=side) for side in sides]), 0.02)
+    right = solve(Scene(walls + place.sheet((0, 0, 0.8), (1, 0, 0), (0, 1, 0), emission=10)), 0.005)
+    for k in range(2):
+        points = walls[k].shape.spread(100)
+        assert np.abs(found.radiance(k, points) / right.radiance(k, points) - 1).mean() < 0.015
