@@ -12,12 +12,13 @@ from functools import cached_property
 
 import numpy as np
 
-from .at_once import in_turn, runs
+from .at_once import in_turn
+from .boxes import near, overlap
+from .in_depth import against_dome
+from .layers import bodies, lifted, rounded, side_of, welded
 from .scene import Scene
 from .shape_table import ShapeTable
 from .shapes.shape import bounds_of, box_of, tolerance_of
-from .tolerances import TOUCHING
-from .view import against_dome
 
 PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apart by ten
 CLEAR = 8.0  # tolerances that points keep from what stands on their surface
@@ -196,23 +197,23 @@ def _touching(scene):
     """Contacts of the scene, and the corners (planes, 4, 3) m of its planes with the layers parted."""
     planes = _Planes(scene)
     i, j = near(planes.corners.min(axis=1), planes.corners.max(axis=1), scene.tolerance)
-    corners = _welded(planes.corners, i, j, 2 * scene.tolerance)
+    corners = welded(planes.corners, i, j, 2 * scene.tolerance)
     # the larger comes first, of equal ones the earlier
     rank = np.empty(len(planes.area), int)
-    rank[np.lexsort((np.arange(len(rank)), -_rounded(planes.area)))] = np.arange(len(rank))
+    rank[np.lexsort((np.arange(len(rank)), -rounded(planes.area)))] = np.arange(len(rank))
     i, j = np.where(rank[i] < rank[j], i, j), np.where(rank[i] < rank[j], j, i)
     height = np.einsum("kci,ki->kc", planes.corners[j] - planes.corners[i, :1], planes.normal[i])
     flush = np.abs(height).max(axis=1) <= scene.tolerance
     over = flush & overlap(planes.corners, planes.normal, i, j, scene.tolerance)
-    inward, loose = _bodies(planes, i, j, scene.tolerance)
-    same, side = _side(planes, i[over], j[over], inward)
+    inward, loose = bodies(planes, i, j, scene.tolerance)
+    same, side = side_of(planes, i[over], j[over], inward)
     # of bodies in contact all but the edges is hidden: they keep theirs, unless one looks into them
     apart = same | loose[j[over]] | planes.two_sided[j[over]]
     heights = np.abs(height[np.abs(height) <= scene.tolerance])
     tolerance = max(
         tolerance_of(scene.shapes, 0.0), 2 * heights.max(initial=0), 2 * np.abs(corners - planes.corners).max(initial=0)
     )
-    parted = _part(corners, planes.normal, i[over][apart], j[over][apart], side[apart], PARTED * tolerance)
+    parted = lifted(corners, planes.normal, i[over][apart], j[over][apart], side[apart], PARTED * tolerance)
     rest = np.flatnonzero(~flush & (height.min(axis=1) <= scene.tolerance))
     rest = rest[height[rest].max(axis=1) >= -scene.tolerance]
     ball, plane = _rests(scene, planes)
@@ -240,111 +241,6 @@ def _rests(scene, planes):
     reach = np.linalg.norm(np.einsum("ni,nij->nj", planes.normal[k], linear[ball]), axis=1)
     touch = np.abs(height) <= reach + scene.tolerance
     return ball[touch], plane[touch]
-
-
-def _welded(corners, i, j, tolerance):
-    """Corners (n, 4, 3) m of planes, pairs i, j (k,) near each other: those that coincide made the same, their mean."""
-    pair, a, b = np.nonzero((np.abs(corners[i][:, :, None] - corners[j][:, None]) <= tolerance).all(axis=3))
-    one, other = 4 * i[pair] + a, 4 * j[pair] + b
-    label = np.arange(4 * len(corners))
-    while True:
-        least = np.minimum(label[one], label[other])
-        before = label.copy()
-        np.minimum.at(label, one, least)
-        np.minimum.at(label, other, least)
-        if (label == before).all():
-            break
-    flat, count = corners.reshape(-1, 3), np.bincount(label)
-    first = flat[label]
-    off = np.stack([np.bincount(label, (flat - first)[:, k]) for k in range(3)], axis=1) / np.maximum(count, 1)[:, None]
-    return (first + off[label]).reshape(corners.shape)
-
-
-def _rounded(area):
-    """Areas (n,) with those that differ by their rounding alone made equal."""
-    order = np.argsort(area)
-    steps = np.diff(area[order], prepend=area[order][:1]) > TOUCHING * area[order]
-    out = np.empty(len(area), int)
-    out[order] = np.cumsum(steps)
-    return out
-
-
-def near(low, high, tolerance):
-    """Index pairs (k,), (k,) of boxes low..high (n, 3) m that come within the tolerance of each other: a sweep along
-    the axis in which the boxes are smallest."""
-    if len(low) < 2:
-        return np.zeros(0, int), np.zeros(0, int)
-    spread = np.ptp(low, axis=0)
-    axis = int(np.argmin(np.divide((high - low).sum(axis=0), spread, out=np.full(3, np.inf), where=spread > 0)))
-    order = np.argsort(low[:, axis], kind="stable")
-    low, high = low[order], high[order] + tolerance
-    count = np.searchsorted(low[:, axis], high[:, axis], side="right") - np.arange(len(low)) - 1
-    found = [np.zeros((2, 0), int)]
-    for some in runs(count):
-        i, step = in_turn(count[some])
-        i += some.start
-        j = i + 1 + step
-        meet = ((low[j] <= high[i]) & (low[i] <= high[j])).all(axis=1)
-        found.append(np.stack([i[meet], j[meet]]))
-    i, j = order[np.concatenate(found, axis=1)]
-    return np.minimum(i, j), np.maximum(i, j)
-
-
-def overlap(corners, normal, i, j, tolerance):
-    """(k,) Whether planes i, j (k,), in one plane each pair, overlap by more than the tolerance, corners (n, 4, 3) m,
-    normal (n, 3): no edge parts them."""
-    deep = np.ones(len(i), bool)
-    for of in (i, j):
-        for start, end in ((0, 1), (0, 3), (1, 2)):  # the last one matters for triangles
-            axis = np.cross(corners[of, end] - corners[of, start], normal[of])
-            axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-            a, b = (np.einsum("kci,ki->kc", corners[k], axis) for k in (i, j))
-            depth = np.minimum(a.max(axis=1) - b.min(axis=1), b.max(axis=1) - a.min(axis=1))
-            deep &= depth > 2 * tolerance
-    return deep
-
-
-def _side(planes, i, j, inward):
-    """Of overlapping planes i, j (k,): whether they look the same way (k,), and +1 or -1 (k,), on which side of planes
-    i those of j lie: the lit one, but behind it where both are walls that look into rooms of their own."""
-    same = planes.lit[i] * planes.lit[j] * np.einsum("ki,ki->k", planes.normal[i], planes.normal[j]) > 0
-    return same, np.where(~same & inward[i] & inward[j], -1.0, 1.0) * planes.lit[i]
-
-
-def _bodies(planes, i, j, tolerance):
-    """(n,), (n,) Whether planes look towards those that share an edge with them, as a room's walls do and a solid's do
-    not; and whether they share none."""
-    lit = planes.lit[:, None] * planes.normal
-    a, b = planes.corners[i], planes.corners[j]
-    match = (np.abs(a[:, :, None] - b[:, None]) <= 2 * tolerance).all(axis=3)
-    match[planes.half[i], 3], match[planes.half[j], :, 3] = False, False  # the third corner again
-    shared = match.sum(axis=(1, 2)) == 2
-    one, other = np.concatenate([i[shared], j[shared]]), np.concatenate([j[shared], i[shared]])
-    middle = planes.corners.mean(axis=1)
-    ahead, back = (np.einsum("ki,ki->k", middle[other] - middle[one], lit[k]) for k in (one, other))
-    back = -back
-    same_body = ahead * back > 0  # else another's, which begins where this one ends
-    loose = np.bincount(one[same_body], minlength=len(lit)) == 0
-    return np.bincount(one[same_body], ahead[same_body], minlength=len(lit)) > 0, loose
-
-
-def _part(corners, normal, i, j, side, step):
-    """Lift planes j off planes i by `step` m to that side, in place, layer by layer -> the greatest height in m."""
-    level = np.zeros(len(corners), int)
-    for _ in range(len(corners)):
-        above = level.copy()
-        np.maximum.at(above, j, level[i] + 1)
-        if (above == level).all():
-            break
-        level = above
-    for layer in range(1, level.max(initial=0) + 1):
-        top = np.flatnonzero((level[j] == layer) & (level[i] == layer - 1))
-        upper, first = np.unique(j[top], return_index=True)
-        pair = top[first]
-        toward = side[pair][:, None] * normal[i[pair]]
-        height = np.einsum("kci,ki->kc", corners[upper] - corners[i[pair], :1], toward)
-        corners[upper] += (step - height)[..., None] * toward[:, None]
-    return step * float(level.max(initial=0))
 
 
 def _covers(scene, planes, i, j, side):
@@ -383,9 +279,6 @@ def _sorted(first, second):
 def entries(pairs, keys):
     """Of sorted pairs ((k,), (k,)) and keys (n,): positions among the keys and seconds of the pairs that begin so."""
     first, second = pairs
-    if not len(first):
-        return np.zeros(0, int), np.zeros(0, int)
     low, high = (np.searchsorted(first, keys, side=side) for side in ("left", "right"))
-    count = high - low
-    place = np.repeat(np.arange(len(keys)), count)
-    return place, second[np.repeat(low - np.cumsum(count) + count, count) + np.arange(len(place))]
+    place, step = in_turn(high - low)
+    return place, second[low[place] + step]

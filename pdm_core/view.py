@@ -9,238 +9,17 @@ from collections import Counter
 import numpy as np
 
 from .at_once import AT_ONCE, CACHED, in_turn, parts, runs, slices
-from .closed_forms import cross, divide, dot, sphere_unoccluded, transform
+from .closed_forms import divide, dot, sphere_unoccluded
 from .contour import polygon_unoccluded
 from .regions import Occluders, ball_source, covers_directions, polygon_region, sky_source
 from .sampled import sampled_factors
-from .tolerances import TOUCHING
+from .sift import height_over, sift
 from .visible_integral import visible_integral
-
-ASCENT = 300  # steps towards a separating direction of two ellipsoids
-
-
-def _closest_on_polygon(corners):
-    """Point (3, m) nearest the origin on parallelograms (3, 4, m), or triangles whose last corner is there twice."""
-    c, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
-    uu, uv, vv, cu, cv = dot(u, u), dot(u, v), dot(v, v), dot(c, u), dot(c, v)
-    det = uu * vv - uv * uv
-    s, t = divide(uv * cv - vv * cu, det), divide(uv * cu - uu * cv, det)
-    inner = (s > 0) & (s < 1) & (t > 0) & (t < 1) & (det > 0)
-    inner &= (s + t < 1) | (corners[:, 2] != corners[:, 3]).any(axis=0)
-    edge = corners[:, [1, 2, 3, 0]] - corners
-    near = corners + np.clip(divide(-dot(corners, edge), dot(edge, edge)), 0.0, 1.0) * edge
-    best = np.take_along_axis(near, np.argmin(dot(near, near), axis=0)[None, None], axis=1)[:, 0]
-    return np.where(inner, c + s * u + t * v, best)
-
-
-def _order_ball_polygon(table, x, ball, corners):
-    """Of balls (m,) and polygons (3, 4, m), relative to points x (3, m): (ball first, polygon first, they cross, the
-    polygon is inside the ball), each (m,).
-
-    Disjoint convex bodies hide each other in one order only: the point's side of a separating plane tells which.
-    The plane used is the one at the polygon's point nearest the ball, in the space where the ball is round.
-    """
-    inverse = table.inverse.take(ball, axis=2)
-    c = transform(inverse, table.origin.take(ball, axis=1) - x)
-    corners = transform(inverse, corners) - c[:, None]
-    near = _closest_on_polygon(corners)
-    distance2, side = dot(near, near), -dot(c, near)
-    cross = distance2 < (1 - TOUCHING) ** 2
-    within = dot(corners, corners).max(axis=0) <= (1 + TOUCHING) ** 2
-    return ~cross & (side < distance2), ~cross & (side > distance2), cross, within
-
-
-def _order_balls(table, x, occluder, source):
-    """Of two balls: (the occluder first, they cross, the source inside the occluder), each (m,)."""
-    d = table.origin[:, occluder] - table.origin[:, source]
-    distance = np.sqrt(dot(d, d))
-    ro, rs = table.radius[occluder], table.radius[source]
-    do, ds = table.origin[:, occluder] - x, table.origin[:, source] - x
-    # the radical plane separates disjoint round balls: the one of less power is before the other
-    first = dot(do, do) - ro * ro < dot(ds, ds) - rs * rs
-    within, around = distance + rs <= ro * (1 + TOUCHING), distance + ro <= rs * (1 + TOUCHING)
-    cross = (distance < (ro + rs) * (1 - TOUCHING)) & ~within & ~around
-    odd = (ro == 0) | (rs == 0)
-    if odd.any():
-        pick = np.nonzero(odd)[0]
-        first[pick], cross[pick], within[pick] = _order_ellipsoids(table, x[:, pick], occluder[pick], source[pick])
-    # of balls within each other the radical plane tells nothing, as points beyond it see both of them
-    return within | (first & ~around), cross, within
-
-
-def _order_ellipsoids(table, x, occluder, source):
-    """As _order_balls for ellipsoids, from a separating plane of each pair of shapes."""
-    pairs, back = np.unique(np.stack([occluder, source]), axis=1, return_inverse=True)
-    normal, offset, gap, within = (a[..., back.ravel()] for a in _separate(table, *pairs))
-    return dot(normal, x) < offset, (gap < -TOUCHING) & ~within, within
-
-
-def _separate(table, a, b):
-    """Planes normal . x = offset with ellipsoid a (m,) below and b above, by the relative gap (m,) between them.
-
-    The gap w . (cb - ca) - |A^T w| - |B^T w| is concave in w; subgradient ascent with shrinking steps finds a
-    direction where it is positive if there is one. Where there is none the two cross, or b lies within a.
-    """
-    d = table.origin[:, b] - table.origin[:, a]
-    maps = table.linear[:, :, a], table.linear[:, :, b]
-    size = table.bound[a] + table.bound[b]
-    w = divide(d, np.sqrt(dot(d, d)))
-    best, best_gap = w, np.full(len(a), -np.inf)
-    for step in 1 / np.sqrt(1 + np.arange(ASCENT)):
-        pulled = [transform(m, w) for m in maps]
-        reach = [np.sqrt(dot(p, p)) for p in pulled]
-        gap = (dot(w, d) - reach[0] - reach[1]) / size
-        best, best_gap = np.where(gap > best_gap, w, best), np.maximum(gap, best_gap)
-        slope = (d - sum(transform(m, divide(p, r)) for m, p, r in zip(maps, pulled, reach))) / size
-        w = w + step * slope
-        w = divide(w, np.sqrt(dot(w, w)))
-    reach = [np.sqrt(dot(p, p)) for p in (transform(m, best) for m in maps)]
-    offset = dot(best, table.origin[:, a]) + reach[0] + best_gap * size / 2
-    centre = transform(table.inverse[:, :, a], d)
-    product = np.moveaxis(table.inverse[:, :, a], -1, 0) @ np.moveaxis(maps[1], -1, 0)
-    within = np.sqrt(dot(centre, centre)) + np.linalg.norm(product, 2, axis=(1, 2)) <= 1 + TOUCHING
-    return best, offset, best_gap, within
-
-
-def _cones_apart(d, r, pair, e, radius):
-    """(k,) Whether the cones around spheres at offsets d (3, k), radii r (k,), are apart from those around the spheres
-    of their pairs (k,) at offsets e (3, m), radii (m,)."""
-    dd, ee = dot(d, d), dot(e, e)
-    outside = (dd > r * r) & (ee > radius * radius)[pair]
-    # angle between the axes against the sum of half angles: cos(axes) < cos(sum), everything times |d| |e|
-    tangent = np.sqrt(np.maximum(ee - radius * radius, 0.0))
-    cosine = np.sqrt(np.maximum(dd - r * r, 0.0)) * tangent[pair] - r * radius[pair]
-    return outside & (dot(d, e.take(pair, axis=1)) < cosine - 1e-9 * np.sqrt(dd * ee[pair]))
-
-
-def over_edges(table, x, corners, pair, shape):
-    """Least height of shapes (e,) over the planes through the points x (3, m) of their pair (e,) and the edges of the
-    pair's polygon (3, 4, m) relative to it, in their bounding radii: below -1 the shape is beside the polygon in the
-    view, above 1 no edge comes near it."""
-    d, middle = table.origin.take(shape, axis=1) - x.take(pair, axis=1), corners.sum(axis=1)
-    side = cross(corners, corners[:, [1, 2, 3, 0]])
-    side = divide(side, np.copysign(np.sqrt(dot(side, side)), dot(side, middle[:, None])))
-    least = dot(side[:, 0].take(pair, axis=1), d)
-    for k in range(1, 4):
-        least = np.minimum(least, dot(side[:, k].take(pair, axis=1), d))
-    return least / table.bound[shape]
-
-
-def _sift(table, x, n, source, corners, pair, occluder, sky):
-    """Decide every (pair, occluder) entry; x, n, corners and source are per pair, pair and occluder per entry.
-
-    Returns which entries may hide something (active), which pairs get nothing (dark) and which are left to sampling.
-    """
-    active = np.zeros(len(pair), bool)
-    dark, crossing = np.zeros((2, x.shape[1]), bool)
-    d, r = table.origin.take(occluder, axis=1) - x.take(pair, axis=1), table.bound[occluder]
-    keep = (dot(n.take(pair, axis=1), d) > -r) & (occluder != source[pair])
-    if corners is not None:
-        middle = corners.mean(axis=1)
-        radius = np.sqrt(dot(corners - middle[:, None], corners - middle[:, None]).max(axis=0))
-        keep &= ~_cones_apart(d, r, pair, middle, radius)
-    elif not sky:
-        keep &= ~_cones_apart(d, r, pair, table.origin.take(source, axis=1) - x, table.bound[source])
-    entry = np.nonzero(keep)[0]
-    if corners is not None:
-        entry = entry[over_edges(table, x, corners, pair[entry], occluder[entry]) > -1 - TOUCHING]
-    for decide, of_kind in zip((_sift_balls, _sift_polygons), table.by_kind(occluder[entry])):
-        e = entry[of_kind]
-        if len(e):
-            active[e], cross, blocked = decide(table, x, n, source, corners, pair[e], occluder[e], sky)
-            crossing[pair[e[cross]]] = True
-            dark[pair[e[blocked]]] = True
-    return active, dark, crossing
-
-
-def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
-    """Of entries whose occluder is a ball: active, crossing the source, all around the point but not the source."""
-    entries, r = len(pair), table.bound[occluder]
-    d = table.origin.take(occluder, axis=1) - x.take(pair, axis=1)
-    inside, k = (
-        np.zeros(entries, bool),
-        np.nonzero(dot(d, d) < (r * (1 + TOUCHING)) ** 2)[0],
-    )  # the bounding sphere, then the ball
-    inside[k] = table.within(x.take(pair[k], axis=1), n.take(pair[k], axis=1), occluder[k])
-    first, (cross, within) = np.ones(entries, bool), np.zeros((2, entries), bool)
-    if corners is not None:
-        # what does not reach the source's plane is before it
-        normal, offset = _planes_of(corners)
-        k = np.nonzero(dot(normal.take(pair, axis=1), d) + offset[pair] < r * (1 + TOUCHING))[0]
-        p = pair[k]
-        order = _order_ball_polygon(table, x.take(p, axis=1), occluder[k], corners.take(p, axis=2))
-        first[k], _, cross[k], within[k] = order
-    elif sky:
-        if source[0] >= 0:  # the inner side of a sphere: what is outside of it hides nothing
-            cross, within = against_dome(table, source[pair], ball_of=occluder)
-            first = ~within
-    else:
-        first, cross, within = _order_balls(table, x.take(pair, axis=1), occluder, source[pair])
-    cross &= ~(within & inside)
-    return first & ~cross & ~inside, cross, inside & ~within & ~cross
-
-
-def _sift_polygons(table, x, n, source, corners, pair, occluder, sky):
-    """As _sift_balls; a polygon is never all around the point."""
-    x = x.take(pair, axis=1)
-    polygon = table.polygon(x, occluder)
-    normal, offset = _planes_of(polygon)
-    # what has the point and the whole source on one side of its plane cannot come between them
-    slack = table.tolerance
-    keep = (offset > slack) & (dot(n.take(pair, axis=1)[:, None], polygon) > slack).any(axis=0)
-    cross = np.zeros(len(pair), bool)
-    if corners is not None:
-        corners = corners.take(pair, axis=2)
-        keep &= (dot(normal[:, None], corners) + offset).min(axis=0) < -slack
-        keep &= _height_over(corners, polygon).max(axis=0) > slack
-    elif not sky:
-        source = source[pair]
-        keep &= dot(normal, table.origin.take(source, axis=1) - x) + offset < table.bound[source] - slack
-        _, before, cross, _ = _order_ball_polygon(table, x, source, polygon)
-        keep &= before | cross
-    elif source[0] >= 0:
-        cross, beyond = against_dome(table, source[pair], polygon_of=occluder)
-        keep &= ~beyond
-    cross &= keep
-    return keep & ~cross, cross, np.zeros(len(pair), bool)
-
-
-def _planes_of(corners):
-    """Planes of polygons (3, 4, m): unit normals (3, m) towards the origin and its heights (m,) m over them."""
-    normal = cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
-    normal = divide(normal, np.sqrt(dot(normal, normal)))
-    offset = -dot(normal, corners[:, 0])
-    return np.where(offset < 0, -1.0, 1.0) * normal, np.abs(offset)
-
-
-def _height_over(corners, points):
-    """Heights (k, m) m of points (3, k, m) over the plane of corners (3, 4, m), positive on the origin's side."""
-    normal, offset = _planes_of(corners)
-    return dot(normal[:, None], points) + offset
 
 
 def _on_plane(height, tolerance):
     """Heights m of corners, those within the tolerance 0: what lies in a plane is not cut by it."""
     return np.where(np.abs(height) > tolerance, height, 0.0)
-
-
-def against_dome(table, dome, ball_of=None, polygon_of=None):
-    """Whether shapes cross the sphere dome (m,), and whether they lie outside it."""
-    index = polygon_of if ball_of is None else ball_of
-    inverse, centre = table.inverse.take(dome, axis=2), table.origin.take(dome, axis=1)
-    if ball_of is None:
-        local = transform(inverse, table.corners[:, :, index] - centre[:, None])
-        far = np.sqrt(dot(local, local).max(axis=0))
-        near = _closest_on_polygon(local)
-        near = np.sqrt(dot(near, near))
-    else:
-        local = transform(inverse, table.origin[:, index] - centre)
-        product = np.moveaxis(inverse, -1, 0) @ np.moveaxis(table.linear[:, :, index], -1, 0)
-        reach = np.linalg.norm(product, 2, axis=(1, 2))
-        distance = np.sqrt(dot(local, local))
-        far, near = distance + reach, distance - reach
-    beyond = (near >= 1 - TOUCHING) | (index == dome)
-    return ~beyond & (far > 1 + TOUCHING), beyond
 
 
 def _overlapping(table, x, pair, occluder):
@@ -284,7 +63,7 @@ def _occluders(table, x, corners, pair, occluder):
     outlines = table.polygon(x.take(pair[polygon], axis=1), occluder[polygon])
     height = np.ones(outlines.shape[1:])
     if corners is not None:  # only what is before the source hides any of it
-        height = _on_plane(_height_over(corners.take(pair[polygon], axis=2), outlines), table.tolerance)
+        height = _on_plane(height_over(corners.take(pair[polygon], axis=2), outlines), table.tolerance)
     covers = covers_directions(outlines, height, table.tolerance)
     if not covers.all():
         keep = np.ones(len(pair), bool)
@@ -370,7 +149,7 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
         counts["free"] += m
         return _unoccluded(table, x, n, source, corners, sky)
     occluder = occluders[pair, slot]
-    active, dark, crossing = _sift(table, x, n, source, corners, pair, occluder, sky)
+    active, dark, crossing = sift(table, x, n, source, corners, pair, occluder, sky)
     sampled, lit = crossing & ~dark, ~crossing & ~dark
     entry = active & lit[pair]
     pair, occluder = pair[entry], occluder[entry]

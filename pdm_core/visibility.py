@@ -10,8 +10,9 @@ from .closed_forms import dot
 from .contacts import contacts_of
 from .sampled import segment_blocked
 from .shape_table import ShapeTable
+from .sift import over_edges
 from .tolerances import TINY, TOUCHING
-from .view import over_edges, padded, visible_factors
+from .view import padded, visible_factors
 
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..at_once import AT_ONCE, in_turn, runs
-from ..contacts import near
+from ..boxes import near
 from ..read_off import runs_of
 from ..shapes.shape import PARALLEL
 from .facets import KEPT

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..contacts import near, overlap
+from ..boxes import near, overlap
 from ..shapes.plane import Planes
 from ..shapes.shape import box_of, unit
 

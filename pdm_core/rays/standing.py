@@ -7,7 +7,7 @@ side where most of it is; what is met on the other side takes the light of the c
 import numpy as np
 
 from ..at_once import AT_ONCE, in_turn, parts, runs
-from ..contacts import near
+from ..boxes import near
 from ..shapes.shape import PARALLEL
 
 ON = 6.0  # tolerances within which a facet's corner lies in a plane: more than the facets have been widened

@@ -1,0 +1,75 @@
+"""Planes in one plane: corners that are one, which of them looks where, and layers parted in turn."""
+
+import numpy as np
+
+from .tolerances import TOUCHING
+
+
+def welded(corners, i, j, tolerance):
+    """Corners (n, 4, 3) m of planes, pairs i, j (k,) near each other: those that coincide made the same, their mean."""
+    pair, a, b = np.nonzero((np.abs(corners[i][:, :, None] - corners[j][:, None]) <= tolerance).all(axis=3))
+    one, other = 4 * i[pair] + a, 4 * j[pair] + b
+    label = np.arange(4 * len(corners))
+    while True:
+        least = np.minimum(label[one], label[other])
+        before = label.copy()
+        np.minimum.at(label, one, least)
+        np.minimum.at(label, other, least)
+        if (label == before).all():
+            break
+    flat, count = corners.reshape(-1, 3), np.bincount(label)
+    first = flat[label]
+    off = np.stack([np.bincount(label, (flat - first)[:, k]) for k in range(3)], axis=1) / np.maximum(count, 1)[:, None]
+    return (first + off[label]).reshape(corners.shape)
+
+
+def rounded(area):
+    """Areas (n,) with those that differ by their rounding alone made equal."""
+    order = np.argsort(area)
+    steps = np.diff(area[order], prepend=area[order][:1]) > TOUCHING * area[order]
+    out = np.empty(len(area), int)
+    out[order] = np.cumsum(steps)
+    return out
+
+
+def side_of(planes, i, j, inward):
+    """Of overlapping planes i, j (k,): whether they look the same way (k,), and +1 or -1 (k,), on which side of planes
+    i those of j lie: the lit one, but behind it where both are walls that look into rooms of their own."""
+    same = planes.lit[i] * planes.lit[j] * np.einsum("ki,ki->k", planes.normal[i], planes.normal[j]) > 0
+    return same, np.where(~same & inward[i] & inward[j], -1.0, 1.0) * planes.lit[i]
+
+
+def bodies(planes, i, j, tolerance):
+    """(n,), (n,) Whether planes look towards those that share an edge with them, as a room's walls do and a solid's do
+    not; and whether they share none."""
+    lit = planes.lit[:, None] * planes.normal
+    a, b = planes.corners[i], planes.corners[j]
+    match = (np.abs(a[:, :, None] - b[:, None]) <= 2 * tolerance).all(axis=3)
+    match[planes.half[i], 3], match[planes.half[j], :, 3] = False, False  # the third corner again
+    shared = match.sum(axis=(1, 2)) == 2
+    one, other = np.concatenate([i[shared], j[shared]]), np.concatenate([j[shared], i[shared]])
+    middle = planes.corners.mean(axis=1)
+    ahead, back = (np.einsum("ki,ki->k", middle[other] - middle[one], lit[k]) for k in (one, other))
+    back = -back
+    same_body = ahead * back > 0  # else another's, which begins where this one ends
+    loose = np.bincount(one[same_body], minlength=len(lit)) == 0
+    return np.bincount(one[same_body], ahead[same_body], minlength=len(lit)) > 0, loose
+
+
+def lifted(corners, normal, i, j, side, step):
+    """Lift planes j off planes i by `step` m to that side, in place, layer by layer -> the greatest height in m."""
+    level = np.zeros(len(corners), int)
+    for _ in range(len(corners)):
+        above = level.copy()
+        np.maximum.at(above, j, level[i] + 1)
+        if (above == level).all():
+            break
+        level = above
+    for layer in range(1, level.max(initial=0) + 1):
+        top = np.flatnonzero((level[j] == layer) & (level[i] == layer - 1))
+        upper, first = np.unique(j[top], return_index=True)
+        pair = top[first]
+        toward = side[pair][:, None] * normal[i[pair]]
+        height = np.einsum("kci,ki->kc", corners[upper] - corners[i[pair], :1], toward)
+        corners[upper] += (step - height)[..., None] * toward[:, None]
+    return step * float(level.max(initial=0))
