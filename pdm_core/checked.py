@@ -12,6 +12,12 @@ class SceneError(ValueError):
     """Invalid input; the message names the surface and says what to do."""
 
 
+def of_kind(value, kind, what):
+    """SceneError where what was handed to a function is not of the kind that it needs."""
+    if not isinstance(value, kind):
+        raise SceneError(f"{what} needs a {kind.__name__}, not {value!r}")
+
+
 def array(value, what):
     """Real numbers of any shape as a float64 array."""
     try:

@@ -24,7 +24,6 @@ PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apa
 CLEAR = 8.0  # tolerances that points keep from what stands on their surface
 BESIDE = 1e-2  # of its radius: a ball whose middle is no further from a plane has no side of it
 FAR = 1.0  # sizes of the scene from the origin from which on it is moved there
-TWO_SIDES = np.array([1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -251,7 +250,7 @@ def _covers(scene, planes, i, j, side):
     sides[scene.shape_of, np.where(front, 0, 1)] = np.arange(len(scene))
     pairs = [np.zeros((2, 0), int)]
     for one, other, direction in ((i, j, toward), (j, i, -toward)):
-        looks = np.einsum("ki,ki->k", planes.normal[one], direction)[:, None] * TWO_SIDES > 0
+        looks = np.einsum("ki,ki->k", planes.normal[one], direction)[:, None] * (1, -1) > 0
         pair, which = np.nonzero(looks)
         surface = sides[planes.index[one[pair]], which]
         pairs.append(np.stack([surface, planes.index[other[pair]]])[:, surface >= 0])

@@ -19,7 +19,7 @@ import numpy as np
 
 from .aligned import aligned_rectangles
 from .at_once import AT_ONCE
-from .checked import NAMED, SceneError, array, index, number, some_of
+from .checked import NAMED, SceneError, array, index, number, of_kind, some_of
 from .contacts import contacts_of, settle
 from .exchange import polygon_exchange
 from .kinks import broken_rule, kinks
@@ -63,8 +63,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     rows: indices of the surfaces to leave from, if not all; the arrays then have these rows alone. The errors are
     what was reached, estimated from the last refinement; where CELLS or WORK end it early, a warning says so.
     """
-    if not isinstance(scene, Scene):
-        raise SceneError(f"form_factors needs a Scene, not {scene!r}")
+    of_kind(scene, Scene, "form_factors")
     rtol = number(rtol, "form_factors: rtol", "a number between 0 and 1", 0, 1)
     every = range(len(scene)) if rows is None else array(rows, "form_factors: rows").ravel()
     rows = [int(k) if k == int(k) else k for k in every if np.isfinite(k)] if len(every) else []

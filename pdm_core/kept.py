@@ -9,12 +9,12 @@ from .checked import SceneError
 from .numerics import gmres
 from .scene import Scene
 from .signs_of_life import finish
+from .tolerances import FAINT
 
 MOST = 1.5e9  # bytes kept
 GROUPS = 1500  # of nodes, at most: their matrix stays in the cache
 TRIED = 1.2  # factor of the size of groups, until there are no more
 SOLVED = 0.01  # squared: relative residual of the linear system
-FAINT = 1e-6  # of the brightest light by way of groups: below it nothing is told
 LEAST_SHARE = 0.1  # of what groups tell: the light itself, and the most the other way round
 
 
@@ -132,7 +132,7 @@ class KeptGroups(Kept):
         """light (n, 3): what the solution has at the points by way of reflections."""
         self.share = np.ones_like(light)
         told = self._reflected(self.scene)
-        clear = told > FAINT * max(np.abs(told).max(initial=0.0), 1e-300)
+        clear = told > FAINT * max(np.abs(told).max(initial=0.0), 1e-300)  # below it groups tell nothing
         self.share[clear] = np.clip(light[clear] / told[clear], LEAST_SHARE, 1 / LEAST_SHARE)
 
     def light(self, scene, changed):

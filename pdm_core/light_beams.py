@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from .at_once import AT_ONCE, parts
 from .numerics import gauss_legendre
 from .shapes.shape import frames, unit
 
 COARSE, DIRECTIONS = 32, 1024  # across the cone in which a lamp is seen, to find where its light fades, and there
-CHUNK = 256  # points
 NODES, FEW, MANY = 6, 2, 12  # Gauss points between kinks, 1e-5 off at most; fewer on polygons of more than MANY edges
 SMALL = 0.02  # a half angle below which tan a - a is its series
 LEAST_HALF = 1e-3  # of a spread; light is then parallel to a part in a million
@@ -18,7 +18,7 @@ def across_cone(pattern, axes, normals, half):
     few = pattern(-_cones(axes, half, *_lattice(COARSE, 1.0)))
     share = few[:, 0].copy()  # where the pattern's edge is not within the cone
     mixed = np.flatnonzero(np.ptp(few, axis=1) > 0)
-    for part in np.array_split(mixed, len(mixed) // CHUNK + 1):
+    for part in parts(mixed, AT_ONCE // DIRECTIONS):
         towards = _cones(axes[part], half[part], *_lattice(DIRECTIONS, 0.5))
         cosine = np.maximum(np.einsum("nkj,nj->nk", towards, normals[part]), 0.0)
         total = cosine.sum(axis=1)

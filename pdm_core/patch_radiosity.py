@@ -8,7 +8,7 @@ from collections import Counter
 import numpy as np
 
 from .at_once import AT_ONCE
-from .checked import SceneError, index, number, vectors
+from .checked import SceneError, index, number, of_kind, vectors
 from .closed_forms import divide
 from .published import patch_samples, published_kernel
 from .read_off import runs_of
@@ -85,8 +85,7 @@ def patch_radiosity(scene, divisions=3, points=5):
 def patch_radiosity_steps(scene, divisions=3, points=5):
     """Generator of the fraction done; returns the PatchSolution of patch_radiosity."""
     start = time.perf_counter()
-    if not isinstance(scene, Scene):
-        raise SceneError(f"patch_radiosity needs a Scene, not {scene!r}")
+    of_kind(scene, Scene, "patch_radiosity")
     divisions, points = (
         int(number(k, f"patch_radiosity: {what}", "a whole number above 0", above=0.5))
         for k, what in ((divisions, "divisions"), (points, "points"))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .checked import SceneError, number
+from .checked import number, of_kind
 from .choice import MOST, choose
 from .contacts import settle
 from .scene import Scene
@@ -33,8 +33,7 @@ class Plan:
 
 def plan(scene, target_error=1e-2, shafts=None):
     """scene, target of the radiance's relative error -> Plan; shafts: the scene's Shafts if they are there already"""
-    if not isinstance(scene, Scene):
-        raise SceneError(f"plan needs a Scene, not {scene!r}")
+    of_kind(scene, Scene, "plan")
     target = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
     choice = choose(scene, target)
     if shafts is None and choice.by_rays:

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from .checked import SceneError, number
+from .checked import SceneError, number, of_kind
 from .choice import choose
 from .links.approach import link_steps
 from .links.solution import Solution
@@ -55,8 +55,7 @@ def solve(scene, target_error=1e-2, time_limit=None, progress=None):
 
 
 def _check(scene, target_error, time_limit):
-    if not isinstance(scene, Scene):
-        raise SceneError(f"solve needs a Scene, not {scene!r}")
+    of_kind(scene, Scene, "solve")
     target_error = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
     if time_limit is not None:
         time_limit = number(time_limit, "time_limit", "seconds above 0, or None for no limit", above=0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .checked import SceneError, index, vectors
+from .checked import SceneError, index, of_kind, vectors
 from .foretell import seconds_to
 from .scene import Scene
 from .shapes.shape import unit
@@ -86,8 +86,7 @@ def oriented(points, normals):
 
 def check_same_shapes(old, scene):
     """Raises SceneError where a Scene has not the shapes, sides and as many lights as an old one, in the same order."""
-    if not isinstance(scene, Scene):
-        raise SceneError(f"relight needs a Scene, not {scene!r}")
+    of_kind(scene, Scene, "relight")
     alike = len(scene) == len(old) and all(
         a.shape is b.shape and a.side == b.side for a, b in zip(scene.surfaces, old.surfaces)
     )

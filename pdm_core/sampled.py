@@ -11,7 +11,6 @@ from .tolerances import TINY, TOUCHING
 RAYS = 2048  # of a point
 NOISE = 0.01  # what they may be off by, of the root of a factor
 SMALL, SAMPLES = 0.1, 1024  # factor of a source below which so many points spread over it tell more
-CHUNK = 64  # of their pairs at once
 
 
 def segment_blocked(table, x, d, shape):
@@ -59,7 +58,7 @@ def sampled_factors(table, x, n, source, corners, sky, occluders, free):
     """
     out = table.met(table, x, n, 2 * source + (sky and source[0] >= 0))
     small = np.flatnonzero(free < SMALL)
-    for k in parts(small, CHUNK):
+    for k in parts(small, AT_ONCE // SAMPLES):
         noise = NOISE * np.sqrt(free[k])
         its = None if corners is None else corners[..., k]
         seen = free[k] * _share_seen(table, x[:, k], n[:, k], source[k], its, occluders[k])

@@ -129,6 +129,29 @@ def _value_at(value, points, most):
     return np.broadcast_to(value, (len(points), 3))
 
 
+def _shapes_of(surfaces, rounding):
+    """Each shape of the surfaces once, and which of them each surface is a side of (n surfaces,)."""
+    given = {id(s.shape): s.shape for s in surfaces}
+    tolerance = tolerance_of(given.values(), rounding)
+    for surface in surfaces:  # before they are compared: lost in the rounding, different shapes look the same
+        if surface.shape.thickness < LOST * tolerance:
+            raise SceneError(
+                f"Surface {surface.name!r} is {surface.shape.thickness:.2g} m small where coordinates are known to "
+                f"{tolerance:.2g} m; move the scene nearer to the origin or leave it out"
+            )
+    first = one_and_the_same(list(given.values()), tolerance_of(given.values()))
+    kept, place = np.unique(first, return_inverse=True)
+    order, sides = dict(zip(given, place.tolist())), {}
+    for surface in surfaces:
+        key = (order[id(surface.shape)], surface.side)
+        if key in sides:
+            raise SceneError(
+                f"Surface {surface.name!r} and surface {sides[key]!r} are the same side of one shape; remove one"
+            )
+        sides[key] = surface.name
+    return tuple(list(given.values())[k] for k in kept), np.array([order[id(s.shape)] for s in surfaces])
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """Surfaces, lights, and the background radiance from outside: (3,), or a function of directions (n, 3) -> (n, 3).
@@ -146,12 +169,32 @@ class Scene:
     shape_of: np.ndarray = field(init=False)  # (n surfaces,) index into shapes
 
     def __post_init__(self):
+        surfaces, lights = self._checked()
+        if not surfaces:
+            raise SceneError("The scene has no surfaces; add at least one plane or UV sphere")
+        sky = self.background if callable(self.background) else None
+        background = _mean_over_directions(sky) if sky else colour(self.background, "Scene background")
+        rounding = number(self.rounding, "Scene rounding", "a relative one such as 2**-53 or 2**-24", 0, COARSEST)
+        shapes, shape_of = _shapes_of(surfaces, rounding)
+        for name, value in (
+            ("surfaces", surfaces),
+            ("background", background),
+            ("sky", sky),
+            ("lights", lights),
+            ("rounding", rounding),
+            ("shapes", shapes),
+            ("shape_of", shape_of),
+        ):
+            object.__setattr__(self, name, value)
+        if not LEAST < self.size < MOST or not all(LEAST**2 < s.area for s in self.shapes):
+            raise SceneError(f"Scene: its extent is {self.size:g} m; scale it to metres of ordinary size")
+
+    def _checked(self):
+        """The surfaces and the lights; SceneError where they are none."""
         try:
             surfaces = tuple(self.surfaces)
         except TypeError:
             raise SceneError(f"Scene: surfaces are {self.surfaces!r}; give a list of Surfaces") from None
-        if not surfaces:
-            raise SceneError("The scene has no surfaces; add at least one plane or UV sphere")
         for surface in surfaces:
             if not isinstance(surface, Surface):
                 raise SceneError(f"Scene: {surface!r} is not a Surface")
@@ -162,37 +205,13 @@ class Scene:
         for light in lights:
             if not isinstance(light, Light):
                 raise SceneError(f"Scene: {light!r} is no light; give a PointLight, SpotLight, SunLight or AreaLight")
-        sky = self.background if callable(self.background) else None
-        background = _mean_over_directions(sky) if sky else colour(self.background, "Scene background")
-        rounding = number(self.rounding, "Scene rounding", "a relative one such as 2**-53 or 2**-24", 0, COARSEST)
-        given = {id(s.shape): s.shape for s in surfaces}
-        tolerance = tolerance_of(given.values(), rounding)
-        for surface in surfaces:  # before they are compared: lost in the rounding, different shapes look the same
-            if surface.shape.thickness < LOST * tolerance:
-                raise SceneError(
-                    f"Surface {surface.name!r} is {surface.shape.thickness:.2g} m small where coordinates are known to "
-                    f"{tolerance:.2g} m; move the scene nearer to the origin or leave it out"
-                )
-        first = one_and_the_same(list(given.values()), tolerance_of(given.values()))
-        kept, place = np.unique(first, return_inverse=True)
-        shapes, order = [list(given.values())[k] for k in kept], dict(zip(given, place.tolist()))
-        sides = {}
-        for surface in surfaces:
-            key = (order[id(surface.shape)], surface.side)
-            if key in sides:
-                raise SceneError(
-                    f"Surface {surface.name!r} and surface {sides[key]!r} are the same side of one shape; remove one"
-                )
-            sides[key] = surface.name
-        object.__setattr__(self, "surfaces", surfaces)
-        object.__setattr__(self, "background", background)
-        object.__setattr__(self, "sky", sky)
-        object.__setattr__(self, "lights", lights)
-        object.__setattr__(self, "rounding", rounding)
-        object.__setattr__(self, "shapes", tuple(shapes))
-        object.__setattr__(self, "shape_of", np.array([order[id(s.shape)] for s in surfaces]))
-        if not LEAST < self.size < MOST or not all(LEAST**2 < s.area for s in self.shapes):
-            raise SceneError(f"Scene: its extent is {self.size:g} m; scale it to metres of ordinary size")
+        return surfaces, lights
+
+    @staticmethod
+    def needed(scene, what):
+        """SceneError where what was handed over is no Scene."""
+        if not isinstance(scene, Scene):
+            raise SceneError(f"{what} needs a Scene, not {scene!r}")
 
     def __len__(self):
         return len(self.surfaces)

@@ -23,8 +23,8 @@ from .region_crossings import (
     planes_and_balls,
 )
 from .sinusoids import TURN
+from .tolerances import FAINT
 
-NOTHING = 1e-6  # a factor above which nothing is made by rounding
 CONIC_POINTS, CONIC_PARTS = 16, 4  # Gauss rule for arcs of elliptic cones, per part of a piece
 
 
@@ -115,7 +115,7 @@ def visible_integral(n, source, occluders, rounding):
     of_balls = _along_outlines(n.take(o.ball_of, axis=1), o.balls, joined(outlines))
     hidden = np.bincount(o.polygon_of, of_polygons, minlength=m) + np.bincount(o.ball_of, of_balls, minlength=m)
     left = (total - hidden) / TURN
-    dark = np.nonzero(left < NOTHING)[0]
+    dark = np.nonzero(left < FAINT)[0]
     if len(dark):
         noise = _noise(o.polygons, rounding)
         noise = np.bincount(o.polygon_of, noise, minlength=m)[dark]

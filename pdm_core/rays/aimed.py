@@ -6,8 +6,9 @@ anywhere. What they reflect is a source of its own, a spot for each surface, as 
 
 import numpy as np
 
-from ..at_once import slices
+from ..at_once import AT_ONCE, slices
 from ..shapes.shape import cone_lattice, unit
+from ..tolerances import FAINT
 from .direct import AT_NODES, Shares
 from .placed import at_hits
 from .sources import Emitter, Source
@@ -15,8 +16,6 @@ from .sources import Emitter, Source
 FEW = 512  # places of nodes: a lamp that lights fewer is worked out along its own rays; they tell it to some 2 %
 RAYS, LEAST_RAYS = 512, 32  # of a lamp; of each one where there are many
 ALL_RAYS = 1 << 13  # of all lamps
-PAIRS = 1 << 19  # of rays and facets, of points and points, at once
-GRAZING = 1e-6  # cosine
 
 
 def spots_of(state, places_lit):
@@ -96,7 +95,7 @@ class Spot(Source):
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi of all its points, the nearest as discs of their area."""
         out, points = np.zeros(len(points)), points - self.centre
-        step = max(1, PAIRS // len(self.area))
+        step = max(1, AT_ONCE // len(self.area))
         for part in slices(len(points), step):
             d = self.place - points[part, None]
             square = np.einsum("npi,npi->np", d, d)
@@ -152,11 +151,11 @@ def on_facets(facets, some, apex, rays):
     height = np.einsum("fi,fi->f", o - apex, n)
     across = np.cross(u, v)
     across /= np.maximum(np.einsum("fi,fi->f", across, across), 1e-300)[:, None]
-    parts, step = [], max(1, PAIRS // max(len(some), 1))
+    parts, step = [], max(1, AT_ONCE // max(len(some), 1))
     for start in range(0, len(rays), step):
         d = rays[start : start + step]
         cosine = d @ n.T
-        length = height / np.where(np.abs(cosine) > GRAZING, cosine, np.inf)
+        length = height / np.where(np.abs(cosine) > FAINT, cosine, np.inf)
         r, k = np.nonzero(length > 0)
         far = length[r, k]
         place = apex + far[:, None] * d[r]
@@ -183,7 +182,7 @@ def on_balls(facets, some, apex, rays):
     far = ends[index]
     local = start[k] + far[:, None] * step[r, k]
     cosine = np.einsum("pi,pi->p", rays[r], unit(np.einsum("pji,pj->pi", inverse[k], local)))
-    keep = np.abs(cosine) > GRAZING
+    keep = np.abs(cosine) > FAINT
     r, k, far, local, cosine = (value[keep] for value in (r, k, far, local, cosine))
     place = apex + far[:, None] * rays[r]
     return r, some[k] + facets.count, cosine < 0, place, far**2 / np.abs(cosine)

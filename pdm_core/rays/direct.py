@@ -6,10 +6,10 @@ more and more of them, until what is unsure is below the tolerance.
 
 import numpy as np
 
-from ..at_once import slices
+from ..at_once import CACHED, slices
 from ..closed_forms import kernel
 from ..shapes.shape import unit
-from ..tolerances import TINY
+from ..tolerances import FAINT, TINY
 from .bundles import NOTHING, along
 from .grid import batches
 from .perspective import seen_from
@@ -29,7 +29,6 @@ UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is 
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
 STAND = 256  # of them, whatever is told
-DIMMEST = 1e-6  # of a pattern, so that the whole lamp counts where its beam passes between the points that stand for it
 
 
 class Shares:
@@ -133,8 +132,7 @@ class Shares:
 
     def _unoccluded(self, source, receivers):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))
-        step = 1 << 13
-        for part in slices(len(out), step):
+        for part in slices(len(out), 2 * CACHED):
             out[part] = source.unoccluded(points[part], receivers.normals[part])
             yield
         own = receivers.own
@@ -202,7 +200,8 @@ class Shares:
         at = place - self.facets.centre
         value = kernel(at, normal, receivers.points, receivers.normals).T.copy()
         if source.pattern is not None:
-            value *= np.maximum(source.pattern(unit(receivers.points - at[:, None])), DIMMEST)
+            # a little of it everywhere: the whole lamp counts where its beam passes between the points
+            value *= np.maximum(source.pattern(unit(receivers.points - at[:, None])), FAINT)
         return value
 
     def _of_each(self, source, place, normal, receivers, which):

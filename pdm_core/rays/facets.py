@@ -18,7 +18,6 @@ PARTED = 24.0  # tolerances between layers of shapes in one plane: more than MET
 WIDER = 2.0  # tolerances that facets reach beyond their borders, lest rays slip between those that touch
 POINTED = 64.0, 1e-2  # tolerances, or of its length, that a facet's corners move at most by this: where it is a sliver
 FINEST = 1e-10  # of the scene's size: the least tolerance, at which what our sums lose at a slant is within WIDER
-AROUND = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])  # in its chart, of what is around a flat shape
 FEW = 8  # corners of shapes that may be a room's walls
 TILTED = 1e-4  # sine up to which planes of layers may differ
 
@@ -138,7 +137,7 @@ def _layers(facets, sides):
     i, j = i[one_plane], j[one_plane]
     if not len(i):
         return out
-    corners = np.array([shapes[k].world(AROUND) for k in flat])
+    corners = np.array([shapes[k].around for k in flat])
     height = np.einsum("nci,ni->nc", corners[j] - corners[i, :1], normal[i])
     flush = np.abs(height).max(axis=1) <= 2 * facets.tolerance
     flush &= overlap(corners, normal, i, j, 2 * facets.tolerance)

@@ -7,7 +7,7 @@ from itertools import count
 import numpy as np
 
 from ..at_once import AT_ONCE, slices
-from ..checked import SceneError
+from ..checked import SceneError, some_of
 from ..deadline import above_target, is_over
 from ..plan import plan_by_rays
 from ..read_off import ReadOff, Unseen, oriented
@@ -23,7 +23,6 @@ from .where import nodes_near
 ROUNDS = 12  # refinements at most
 LEAST_GAIN, POOR = 0.05, 2  # of the error in a round; rounds in a row that gain less: more would not help
 POWER = 0.7  # of seconds: 30 small scenes of boxes and balls were foretold within a factor of 2 by it
-NAMED = 3  # lights in a warning
 
 
 class RaySolution(ReadOff):
@@ -150,7 +149,7 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
     solution = approach.best
     solution.seconds, solution.history = state.elapsed(), list(approach.history)
     if idle := solution._state.idle:  # not of nodes that are being added
-        named = ", ".join(map(repr, idle[:NAMED])) + (f" and {len(idle) - NAMED} more" if len(idle) > NAMED else "")
+        named = some_of(list(map(repr, idle)))
         one, many = ("lights", "it looks and what hides it"), ("light", "they look and what hides them")
         verb, looked = one if len(idle) == 1 else many
         solution.warnings.append(

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from ..at_once import AT_ONCE, parts
+
 TINTED = 64  # times as many points tell of colours as of shadows
 HALVED = 0.5  # what all points are off by, of what half of them are
-PAIRS = 1 << 20  # of points and receivers, at once
 
 
 def colours_of(source, receivers, points, centre):
@@ -21,7 +22,7 @@ def colours_of(source, receivers, points, centre):
     area = weight if source.is_surface else source.area[: len(place)]
     tint = tint / np.maximum(weight @ tint / weight.sum(), 1e-300)
     place = place - centre
-    for part in np.array_split(np.arange(len(out)), len(out) * len(place) // PAIRS + 1):
+    for part in parts(np.arange(len(out)), 16 * AT_ONCE // len(place)):
         x, n = receivers.points[part], receivers.normals[part]
         square = np.maximum((x**2).sum(axis=1)[:, None] + (place**2).sum(axis=1) - 2 * x @ place.T, 0.0)
         value = np.maximum(n @ place.T - (x * n).sum(axis=1)[:, None], 0.0) * weight

@@ -183,10 +183,6 @@ class Mesh(Shape):
         """Points (count, 3) m spread evenly over the area."""
         return spread_over(self.corners[self.places.tree.order], count)  # neighbours follow each other
 
-    def problem(self):
-        """What is wrong with the shape, as a sentence, or None."""
-        return self._problem
-
     @cached_property
     def _problem(self):
         return self.faces.problem()

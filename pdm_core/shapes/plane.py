@@ -128,10 +128,6 @@ class Plane(Flat):
         area = area * (1 - st[:, 1:]) if self.half else area
         return self.world(np.column_stack([st, 0 * st[:, 0]])), area
 
-    def parameters(self, local):
-        """Local coordinates (n, 3) -> s, t (n,)"""
-        return local[:, 0], local[:, 1]
-
     def extent(self, directions):
         """directions (k, 3) -> (k,) how far it reaches along them, least and most, from its centre"""
         height = directions @ (self.corners - self.bounds[0]).T
@@ -151,10 +147,6 @@ class Plane(Flat):
         """m; the lesser distance of two opposite edges."""
         return self.area / max(hypot(*self.u.tolist()), hypot(*self.v.tolist()))
 
-    def problem(self):
-        """What is wrong with the shape, as a sentence, or None."""
-        return self._problem
-
     @cached_property
     def _problem(self):
         if not all(map(isfinite, (*self.origin.tolist(), *self.u.tolist(), *self.v.tolist()))):
@@ -172,6 +164,7 @@ class Facet(Plane):
     """
 
     half = True
+    _problem = None  # what is wrong with the whole has been said, and a part may be narrow
 
     @classmethod
     def of(cls, corners, thickness):
@@ -187,10 +180,6 @@ class Facet(Plane):
     def area(self):
         """m^2"""
         return float(np.linalg.norm(np.cross(self.u, self.v))) / 2
-
-    def problem(self):
-        """None: what is wrong with the whole has been said, and a part may be narrow."""
-        return None
 
 
 class Planes:

@@ -183,8 +183,8 @@ class Polygon(Flat):
         rest = count - len(points)
         return np.concatenate([points, spread_over(self.triangles, rest)]) if rest else points
 
-    def problem(self):
-        """What is wrong with the shape, as a sentence, or None."""
+    @property
+    def _problem(self):
         return self._loops.problem
 
     def parametric(self, st):
@@ -192,10 +192,6 @@ class Polygon(Flat):
         front; without area outside: patches that its loops trim."""
         area = np.cross(self.linear[:, 0], self.linear[:, 1])
         return self.world(np.column_stack([st, 0 * st[:, 0]])), self.contains(st)[:, None] * area
-
-    def parameters(self, local):
-        """Local coordinates (n, 3) -> s, t (n,)"""
-        return local[:, 0], local[:, 1]
 
     def factor(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for radiance 1, nothing hiding it."""

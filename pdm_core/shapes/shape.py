@@ -68,7 +68,7 @@ def square_lattice(count):
 class Shape:
     """An affine image of a reference shape: point = origin + linear @ local.
 
-    A kind of shape has area, bounds, thickness, marks, problem(), project(points), normals(points), spread(count),
+    A kind of shape has area, bounds, thickness, marks, _problem, project(points), normals(points), spread(count),
     unhidden(...), inset(...), facets and facet_count; those that links know as they are also unit_height,
     extent(directions) and moved(origin, corners); those of the published method parametric(st), parameters(local).
     """
@@ -133,6 +133,10 @@ class Shape:
         size = high - low
         return size.prod(axis=1), low[:, None] + size[:, None] * square_lattice(places)
 
+    def problem(self):
+        """What is wrong with the shape, as a sentence, or None."""
+        return self._problem
+
     @property
     def pieces(self):
         """[Shape] convex, that fill it and that the exact engine knows; the same ones each time."""
@@ -163,9 +167,18 @@ class Flat(Shape):
 
     is_flat = True
 
+    @property
+    def around(self):
+        """(4, 3) m; corners of its chart, counter-clockwise seen from the front."""
+        return self.world([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+
     def normals(self, points):
         """Unit normals (n, 3) of the front at points (n, 3)."""
         return np.broadcast_to(self.normal, (len(points), 3))
+
+    def parameters(self, local):
+        """Local coordinates (n, 3) -> s, t (n,)"""
+        return local[:, 0], local[:, 1]
 
     def heights(self, points):
         """points (n, 3) m -> (n,) m over the plane, on the side of the front"""

@@ -179,8 +179,8 @@ class Sphere(Shape):
         """Unit outward normals (n, 3) at points (n, 3)."""
         return unit(self.local(points) @ self.inverse)
 
-    def problem(self):
-        """What is wrong with the shape, as a sentence, or None."""
+    @property
+    def _problem(self):
         if not np.isfinite(self.matrix).all():
             return "its matrix is not finite; apply a valid transform"
         if not self.semi_axes[2] > FLATTEST * self.semi_axes[0]:
