@@ -52,6 +52,13 @@ def addon():
     return lambda name="": importlib.import_module(f"{MODULE}.{name}" if name else MODULE)
 
 
+@pytest.fixture
+def read(addon):
+    """read(objects="ALL"): the Reading of the scene."""
+    module = addon("operators.reading.read_scene")
+    return lambda objects="ALL": module.read_scene(bpy.context, objects)
+
+
 @pytest.fixture(autouse=True)
 def empty_scene():
     """Every test starts from an empty file."""

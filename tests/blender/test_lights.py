@@ -60,11 +60,6 @@ def baked_by_cycles(objects, samples=SAMPLES):
     return np.concatenate([scenes.colours(obj, "Cycles")[:, :3] for obj in objects])
 
 
-@pytest.fixture
-def read(addon):
-    return lambda: addon("operators.reading.read_scene").read_scene(bpy.context)
-
-
 def compare(read, samples=SAMPLES, error=5e-3):
     """That what is read gives everywhere what Cycles bakes, to error of the brightest."""
     objects = [obj for obj in bpy.data.objects if obj.type == "MESH"]

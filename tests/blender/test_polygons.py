@@ -9,12 +9,6 @@ from mathutils import Matrix
 
 
 @pytest.fixture
-def read(addon):
-    module = addon("operators.reading.read_scene")
-    return lambda objects="ALL": module.read_scene(bpy.context, objects)
-
-
-@pytest.fixture
 def points(addon):
     module = addon("operators.baking.bake_points")
     return lambda target, domain="AUTO": module.bake_points(*module.corners_of(target), domain)

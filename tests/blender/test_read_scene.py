@@ -11,12 +11,6 @@ from mathutils import Euler, Matrix
 
 
 @pytest.fixture
-def read(addon):
-    module = addon("operators.reading.read_scene")
-    return lambda objects="ALL": module.read_scene(bpy.context, objects)
-
-
-@pytest.fixture
 def error(addon):
     return addon("pdm_core").SceneError
 

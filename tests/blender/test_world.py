@@ -69,11 +69,6 @@ def pattern(height=HEIGHT, width=2 * HEIGHT):
     return np.stack([t**2 * 2, 0.2 + 3 * (np.abs(s - 0.3) < 0.08) * (t > 0.4), 1.5 * s], axis=-1)
 
 
-@pytest.fixture
-def read(addon):
-    return lambda: addon("operators.reading.read_scene").read_scene(bpy.context)
-
-
 def compare(reading, planes, error=5e-3, samples=1024):
     """That the background and suns give everywhere what Cycles bakes, to error of the brightest."""
     points, normals = places(planes)

@@ -1,8 +1,10 @@
-"""Scenes that several tests share."""
+"""Scenes that several tests share, and their solution by rays, however few the shapes."""
 
 import numpy as np
 
 from pdm_core import Mesh, Plane, PointLight, Polygon, Scene, Sphere, Surface
+from pdm_core.rays.solution import ray_steps
+from pdm_core.signs_of_life import finish
 
 
 def cube_planes(half=3.0, centre=(0.0, 0.0, 0.0)):
@@ -51,3 +53,7 @@ def mixed_room(grey=0.5, shine=2.0, watts=300.0):
     surfaces = [Surface(shape, grey * np.array([1, 0.8, 0.6])) for shape in shapes]
     lamp = Plane((-0.5, -0.5, 2.9), (0, 1, 0), (1, 0, 0))
     return Scene([*surfaces, Surface(lamp, 0, shine)], lights=[PointLight((2, -2, 2), watts, 0.1)])
+
+
+def by_rays(scene, target=0.04):
+    return finish(ray_steps(scene, target, None, ""))

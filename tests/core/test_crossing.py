@@ -4,8 +4,8 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from places import Place
 from rooms import ellipsoid
-from test_contacts import Place
 
 from pdm_core import Plane, Scene, Sphere, Surface, sampled
 from pdm_core.contacts import settle

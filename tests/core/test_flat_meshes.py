@@ -6,18 +6,12 @@ was left out, whichever way it looks.
 
 import numpy as np
 import pytest
-from test_contacts import PLACES, Place
 from test_mesh import CUBE, CUBE_FACES, ball
 from test_rays_cases import by_rays
 
 from pdm_core import Mesh, Scene, Surface, solve
 
 PAPER = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
-
-
-@pytest.fixture(params=PLACES, ids=list(PLACES))
-def place(request):
-    return Place(*PLACES[request.param])
 
 
 @pytest.mark.parametrize("squashed", [(1, 1, 0), (1, 1, 1e-11), (0.6, 0, 0.8)])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_contacts import PLACES, Place
+from places import PLACES, Place
 
 from pdm_core import Scene, Sphere, Surface, solve
 

@@ -1,9 +1,11 @@
 """Rays against known answers: right to the stated error wherever shapes touch, lie in each other, shine or are dark."""
 
+import threading
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from rooms import by_rays
 
 from pdm_core import (
     AreaLight,
@@ -29,10 +31,6 @@ SQUARE = np.array([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], float)
 HOLE = np.array([[1, 1, 0], [1, 3, 0], [3, 3, 0], [3, 1, 0]], float)
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 CUBE_FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-
-
-def by_rays(scene, target=0.04):
-    return finish(ray_steps(scene, target, None, ""))
 
 
 def both(shape, reflectance=0.6, name="both"):
@@ -383,12 +381,13 @@ def test_a_time_limit_is_kept():
 
 
 def test_it_may_be_left_at_any_step():
-    scene = Scene([*ROOM, LAMP])
+    scene, threads = Scene([*ROOM, LAMP]), threading.active_count()
     for count in (1, 2, 5, 20, 80):
         steps = ray_steps(scene, 0.04, None, "")
         for _ in range(count):
             next(steps, None)
         steps.close()
+        assert threading.active_count() == threads  # nothing works on
 
 
 def test_the_same_light_wherever_and_however_large():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_contacts import PLACES, Place
+from places import Place
 
 from pdm_core import Mesh, Plane, PointLight, Polygon, Scene, Sphere, Surface
 from pdm_core.rays.solution import ray_steps
@@ -13,11 +13,6 @@ SINGLE, DOUBLE = 2.0**-24, 2.0**-53
 
 def by_rays(scene, target=0.02):
     return finish(ray_steps(scene, target, None, ""))
-
-
-@pytest.fixture(params=PLACES, ids=list(PLACES))
-def place(request):
-    return Place(*PLACES[request.param])
 
 
 def mean(solution, index, count=400):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rooms import by_rays
 
 from pdm_core import Plane, Scene, Sphere, Surface
 from pdm_core.rays.solution import ray_steps
@@ -18,10 +19,6 @@ UPRIGHT = Place(np.random.default_rng(0))
 UPRIGHT.turn = np.eye(3)
 TURNED = Place(np.random.default_rng(1))
 INSIDE = np.array([[0.3, 0.2, 0.1], [-0.2, 0.9, 0.4], [0.1, -0.3, -0.9]])
-
-
-def by_rays(scene, target=0.04):
-    return finish(ray_steps(scene, target, None, ""))
 
 
 def on(surface, count=40):

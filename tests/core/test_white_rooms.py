@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from test_contacts import Place, mean
+from places import Place
+from test_contacts import mean
 
 from pdm_core import Scene, Surface, solve
 
