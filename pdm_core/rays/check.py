@@ -16,8 +16,6 @@ HALF = 0.62  # error of all rays, of what half of them differ from all: every se
 SAFETY = 1.7  # of what halves and surpluses tell to what is stated
 CHECKED = 256, 1024  # points where the error is found: at least, and at most, where they are of few rays
 CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
-SOURCE = 0.33  # of the error of what cells send: what reaches others, most of it being of either sign nearby
-CANCEL = 0.5  # of one-signed errors of sources, this part goes on as light does
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
 USUAL = 4.0  # nodes whose weight the usual error of a surface has beside its own
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
@@ -59,7 +57,7 @@ class Check:
         self.parts = {
             "rays": rays,
             "shadows": shadows,
-            "sent": self._sent(),
+            "sent": (yield from in_thread(self._sent)),
             "nodes": (yield from self._nodes(own, of_nodes)),
             "solver": float(state.left),
         }
@@ -101,17 +99,28 @@ class Check:
         return whole + CORRELATED * dim * even
 
     def _sent(self):
-        """What finer cells would show of the light that is sent on, as it reaches others; keeps what each cell and mesh
-        makes of it."""
-        state, scene, nodes = self.state, self.state.scene, self.state.nodes
+        """What finer cells would show of the light that is sent on, where others receive it: of either sign, one cell's
+        like another's, so that who sees many gets little of it, and who is near to one all; keeps what each cell and
+        mesh makes of it."""
+        state, nodes = self.state, self.state.nodes
         cells, meshes = state.surplus
-        own = nodes.surface[: len(cells)]
-        cells = nodes.weight[: len(cells), None] * cells**2
-        square = np.bincount(own, cells.sum(axis=1), len(scene)) + meshes**2
-        some = np.flatnonzero(state.reflects)
-        self.surplus = cells, meshes**2
-        whole = self._relative(some, scene.areas[some], square[some] / scene.areas[some])
-        return SOURCE * max(1.0, CANCEL * state.gain) * whole
+        own, rho = nodes.surface, nodes.reflectance.max(axis=1)
+        # what rules the error that is stated: what all of it is of all light, or what each surface's is of its own
+        weight = nodes.weight * rho**2
+        weights = weight / max(state.norm, 1e-300) ** 2, weight / state.own_square(DIM)[own] / nodes.weight.sum()
+        received, seen = np.zeros(len(nodes)), np.zeros((2, len(nodes)))
+        for who, node, share in state.rows.cells_met():
+            received += np.bincount(who, (share * state.bent[node]) ** 2, len(nodes))
+            for k, each in enumerate(weights):
+                seen[k] += np.bincount(node, share**2 * each[who], len(nodes))
+        seen = seen[(seen @ state.bent**2).argmax()]
+        of_meshes = np.bincount(own[len(cells) :], (seen * state.bent**2)[len(cells) :], len(meshes))
+        self.surplus = seen[: len(cells), None] * cells**2, of_meshes
+        # from there on as the errors of the nodes' rays go on, three draws of the signs at once
+        signs = np.random.default_rng(len(nodes)).choice([-1, 1], (len(nodes), 3)) / np.sqrt(3)
+        error = np.sqrt(received)[:, None] * signs
+        passed = passed_on(state.rows.times, nodes.reflectance, error, state.amplified)
+        return self._relative(own, nodes.weight, rho**2 * (received + (passed**2).sum(axis=1)))
 
     def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,

@@ -5,7 +5,6 @@ import numpy as np
 from ..plan import RAY_MEMORY
 from ..signs_of_life import in_thread
 from .check import SAFETY
-from .engine import DIM
 from .rows import Traced
 
 MOST_RAYS = 4096  # directions of a point where colours are read
@@ -79,12 +78,7 @@ def _worst(check, excess, room):
     """Which cells (k, 2) to halve along which axis, and which meshes (n surfaces,) to merge less, so that there are not
     more nodes than there is room for."""
     nodes, scene = check.state.nodes, check.state.scene
-    (cells, meshes), own = check.surplus, nodes.surface[: len(check.surplus[0])]
-    # what rules the error that is stated: what all of it is of all light, or what each surface's is of its own
-    of_own = 1 / check.state.own_square(DIM)
-    each = np.bincount(own, cells.sum(axis=1), len(scene)) + meshes
-    if (each * of_own).sum() / scene.areas[check.state.reflects].sum() > each.sum() / check.state.norm**2:
-        cells, meshes = cells * of_own[own, None], meshes * of_own
+    cells, meshes = check.surplus
     # both sides of a mesh become finer together
     number, meshes = (np.bincount(scene.shape_of, a) for a in (np.where(nodes.charts.has, 0, nodes.number), meshes))
     coarse = np.bincount(scene.shape_of, ~nodes.meshes.is_finest) > 0

@@ -158,6 +158,17 @@ class Gathered:
                 out[part, c] = np.einsum("nm,nm->n", weight, of_spots.take(spot))
         return out
 
+    def cells_met(self):
+        """Yields, for some of the receivers at a time: which, whose cells they see, of nodes, and the share of what each
+        gets that comes from there, all (k,), each pair once."""
+        own = np.append(self.node[np.arange(len(self.node)), self.weight.argmax(axis=1)], -1)
+        for part in self.parts:
+            node, share = own.take(self.spot[part]), np.abs(self.cosine[part]) / self.whole[part]
+            row, column = np.nonzero(node >= 0)
+            pair, which = np.unique((row << 32) + node[row, column], return_inverse=True)
+            row_of, node_of = pair >> 32, pair & 0xFFFFFFFF
+            yield part.start + row_of, node_of, np.bincount(which, share[row, column], len(pair))
+
     def unsure(self, value):
         """(n, c) What half the rays tell less what all do, the sky's light included, value (n nodes, c)."""
         a, b = (

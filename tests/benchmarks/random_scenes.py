@@ -5,7 +5,7 @@
 Scenes hold 20 to 100 boxes, planes, balls, concave polygons and ones with holes, and small meshes, in a room or on a
 floor, under a lamp (a ball, a square, a light) and in the open a sky too. Errors are relative L2 errors of L - Le over
 all surfaces, measured against a run at a quarter of the target; begun anew until so many seconds of CPU are over.
-KIND `few`, against runs at two fifths of the target: 3 to 12 concave polygons, ones with holes, meshes of large and
+KIND `boxes`: 20 to 300 boxes, planes and balls alone. KIND `few`, against runs at two fifths of the target: 3 to 12 concave polygons, ones with holes, meshes of large and
 small faces and balls, in a room whose walls may be polygons or meshes of two triangles each; where nothing is smooth an
 independent path tracer judges too.
 """
@@ -25,13 +25,14 @@ sys.path.insert(0, str(ROOT / "tests" / "stability"))
 from tracer import measured_error  # noqa: E402
 
 TRACED, MOST_TRACED = (300, 96), 150  # places and paths of each; triangles, at which it takes long
-TARGET, TIGHTER = 0.04, {"many": 4.0, "few": 2.5}
-PATIENCE = 20.0  # s at most, of a run
-POINTS, LEAST = 3000, 16
+TARGET, TIGHTER = 0.04, {"many": 4.0, "boxes": 4.0, "few": 2.5}
+PATIENCE = 20.0  # s of CPU at most, of a run
+POINTS, LEAST = 3000, (2, 16)  # where two runs are compared, and of a surface at least: of many, and of few
 TRIES = 30
 
 
-def random_scene(seed):
+def random_scene(seed, things, most):
+    """A scene of 20 to so many of these things, and how many."""
     rng = np.random.default_rng(seed)
     size = rng.uniform(4, 8, 3) * [1, 1, 0.5]
     brightest, in_room = rng.uniform(0.4, 0.9), rng.random() < 0.5
@@ -42,15 +43,14 @@ def random_scene(seed):
         surfaces = [Surface(floor, rng.uniform(0.1, brightest, 3), name="floor")]
     lamp, lights, placed = random_lamp(rng, size)
     surfaces += lamp
-    count, made = rng.integers(20, 101), 0
+    count, made = rng.integers(20, most + 1), 0
     for _ in range(TRIES * count):
         radius = rng.uniform(0.4, 1.0) * 0.5 * (size.prod() / count) ** (1 / 3)
         centre = radius + rng.random(3) * (size - 2 * radius)
         if not separate((centre, radius), placed):
             continue
         placed.append((centre, radius))
-        kind = rng.choice([random_box, random_plane, random_ball, random_polygon, random_mesh])
-        surfaces += kind(rng, centre, radius, rng.uniform(0.1, brightest, 3), rng.random() < 0.5)
+        surfaces += rng.choice(things)(rng, centre, radius, rng.uniform(0.1, brightest, 3), rng.random() < 0.5)
         made += 1
         if made == count:
             break
@@ -192,8 +192,9 @@ def random_mesh(rng, centre, radius, reflectance, smooth):
 def points_of(scene, seed=3):
     """surface (k,), points (k, 3) m and the area m^2 (k,) of each, over all surfaces."""
     rng, surface, points, weight = np.random.default_rng(seed), [], [], []
+    least = int(np.clip(POINTS // len(scene), *LEAST))
     for k, own in enumerate(scene.surfaces):
-        count = max(LEAST, int(POINTS * scene.areas[k] / scene.areas.sum()))
+        count = max(least, int(POINTS * scene.areas[k] / scene.areas.sum()))
         some = own.shape.spread(4 * count)
         points.append(some[rng.choice(len(some), count, replace=False)])
         surface.append(np.full(count, k))
@@ -209,12 +210,21 @@ def difference(scene, one, other):
     return np.sqrt(off.sum() / norm.sum()), np.sqrt(off / np.maximum(norm, 1e-300)), norm
 
 
+def solved(scene, target):
+    """The solution by rays, and CPU s."""
+    start = time.process_time()
+    solution = finish(ray_steps(scene, target, None, "", lambda: time.process_time() - start > PATIENCE))
+    return solution, time.process_time() - start
+
+
+SOLIDS = [random_box, random_plane, random_ball]
+THINGS = {"many": ([*SOLIDS, random_polygon, random_mesh], 100), "boxes": (SOLIDS, 300)}
+
+
 def run(seed, kind):
-    scene, shapes, is_traced = few_scene(seed) if kind == "few" else (*random_scene(seed), False)
-    cpu = time.process_time()
-    solution = finish(ray_steps(scene, TARGET, PATIENCE, ""))
-    cpu = time.process_time() - cpu
-    tighter = finish(ray_steps(scene, TARGET / TIGHTER[kind], PATIENCE, ""))
+    scene, shapes, is_traced = few_scene(seed) if kind == "few" else (*random_scene(seed, *THINGS[kind]), False)
+    solution, cpu = solved(scene, TARGET)
+    tighter, _ = solved(scene, TARGET / TIGHTER[kind])
     measured, each, norm = difference(scene, solution, tighter)
     traced = measured_error(scene, solution, *TRACED, np.random.default_rng(seed)) if is_traced else (None, None)
     lit = norm / scene.areas > (0.05 * np.sqrt((norm / scene.areas).max())) ** 2
