@@ -159,8 +159,8 @@ class Gathered:
         return out
 
     def cells_met(self):
-        """Yields, for some of the receivers at a time: which, whose cells they see, of nodes, and the share of what each
-        gets that comes from there, all (k,), each pair once."""
+        """Yields, for some of the receivers at a time, which they are, the nodes whose cells they see, and the share of
+        what each gets that comes from there, all (k,), each pair once."""
         own = np.append(self.node[np.arange(len(self.node)), self.weight.argmax(axis=1)], -1)
         for part in self.parts:
             node, share = own.take(self.spot[part]), np.abs(self.cosine[part]) / self.whole[part]

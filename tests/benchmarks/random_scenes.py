@@ -5,7 +5,8 @@
 Scenes hold 20 to 100 boxes, planes, balls, concave polygons and ones with holes, and small meshes, in a room or on a
 floor, under a lamp (a ball, a square, a light) and in the open a sky too. Errors are relative L2 errors of L - Le over
 all surfaces, measured against a run at a quarter of the target; begun anew until so many seconds of CPU are over.
-KIND `boxes`: 20 to 300 boxes, planes and balls alone. KIND `few`, against runs at two fifths of the target: 3 to 12 concave polygons, ones with holes, meshes of large and
+KIND `boxes`: 20 to 300 boxes, planes and balls alone.
+KIND `few`, against runs at two fifths of the target: 3 to 12 concave polygons, ones with holes, meshes of large and
 small faces and balls, in a room whose walls may be polygons or meshes of two triangles each; where nothing is smooth an
 independent path tracer judges too.
 """
