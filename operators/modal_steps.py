@@ -16,7 +16,8 @@ from .words import say
 
 CATEGORY = "Radiosity"  # tab of the sidebar
 TICK = 0.002  # s between timer events: hardly a wait between slices
-SLICE = 0.085  # s of work in each, at most where the next step takes no longer than the last: input waits no longer
+SLICE = 0.06  # s of work in each, and then no more than what a step takes longer than the last, 40 ms at most: input
+# waits no longer than .1 s
 DRAWING = 0.1  # share of the time that drawing the progress may take
 DRAWN = 0.2, 5.0  # s, least and most from one drawing to the next
 TWICE = 2  # slices after which Blender draws, as it finds out only then what is under the mouse
@@ -148,10 +149,13 @@ class Steps(Idle):
         self.usual = min(waited, GROWTH * self.usual)
         self.lost += waited - self.usual  # to drawing
         least, most = DRAWN
-        is_due = start - self.drawn_at > min(max(self.lost / DRAWING, least), most)
-        # input waits for what is drawn too: there, no more than a step
-        limit = 0.0 if is_due or self.since < TWICE else SLICE
-        now = start
+        if start - self.drawn_at > min(max(self.lost / DRAWING, least), most):  # a new stage waits too: a bake has five
+            # input waits for what is drawn, and for no step besides
+            self.drawn_at, self.stopped_at, self.lost, self.since = start, start, 0.0, 0
+            redraw_sidebars(context)
+            context.workspace.status_text_set(status())
+            return
+        limit, now = 0.0 if self.since < TWICE else SLICE, start
         while True:
             current.at(next(self.steps))
             last, now = now, time.perf_counter()
@@ -160,10 +164,6 @@ class Steps(Idle):
         self.stopped_at = now
         self.since += 1
         current.slices.append(now - start)
-        if is_due:  # a new stage waits too: a short bake has five
-            self.drawn_at, self.lost, self.since = now, 0.0, 0
-            redraw_sidebars(context)
-            context.workspace.status_text_set(status())
 
     def stopped(self, context):
         """Esc was pressed."""

@@ -113,7 +113,8 @@ def gmres(apply, right, guess, tolerance):
 
     A generator with a sign of life a step; returns x, the steps taken and the greatest relative residual reached.
     """
-    residual = right - guess + apply(guess)
+    residual = right - guess + apply(guess) if guess.any() else right
+    yield
     size = np.maximum(np.linalg.norm(right, axis=0), 1e-300)
     beta = np.linalg.norm(residual, axis=0)
     basis, columns = [residual / np.where(beta > 0, beta, 1.0)], []

@@ -105,10 +105,13 @@ class Check:
 
         self.bent = source_defect(t.sent, light.lit)
         lit = t.rows.times(rho * self.bent)
+        yield
         indirect = t.rows.times(rho * t.spread(source_defect(t.field, light.indirect)))
+        yield
         received = t.rows.times(light.radiosity())
         unsolved = received - light.indirect
         unsolved += np.copysign(ROUNDED, unsolved.sum()) * light.indirect
+        yield
         right = np.concatenate([lit, lit + indirect, unsolved, self._from_nothing(received)], axis=1)
         scatter = light.scatter(np.tile(rho, 4))
         # what is left of it may be as much of one sign as all of it is
@@ -145,6 +148,7 @@ class Check:
             found.append(rho * (fine - light.incident(look.surface, look.points)))
             held_there = sent.interpolate(sent.locate(look.surface, sent.on.local(look.surface, look.points)), held)
             sources.append(np.stack([rho * (fine - held_there[:, :3]), rho * held_there[:, 3:]]))
+            yield
         residual = Residual(self.looks, np.concatenate(found))
         found = residual.rms / light.norm
         if self.measured:
