@@ -2,9 +2,10 @@
 
     python tests/benchmarks/foretold.py [OUTPUT.json [ROOMS [WAY]]]
 
-WAY `links` (the default): rooms of few shapes at 1 %, then .5 and .25 %; `rays`: scenes of 20 to 100 shapes at 4 %,
-then 2 and 1 %. What is foretold comes from the history of the first solution alone, see pdm_core/foretell.py. Compared
-are CPU seconds on one thread (OPENBLAS_NUM_THREADS=1): what else runs on the machine meanwhile is not what is foretold.
+WAY `links` (the default): rooms of few shapes at 1 %, then .5 and .25 %; `boxes` and `rays`: scenes of 3 to 24 boxes
+and balls, and of 20 to 100 shapes of all kinds, by rays at 4 %, then 2 and 1 %. What is foretold comes from the first
+solution alone, see `seconds_to` in pdm_core/foretell.py and pdm_core/rays/solution.py. Compared are CPU seconds on one
+thread (OPENBLAS_NUM_THREADS=1): what else runs on the machine meanwhile is not what is foretold.
 """
 
 import sys
@@ -12,19 +13,20 @@ import time
 
 import numpy as np
 from output import machine, save
-from random_scenes import random_scene
+from random_scenes import boxes_and_balls, random_scene
 from truth import random_room
 
 from pdm_core import solve
 from pdm_core.rays.solution import ray_steps
 from pdm_core.signs_of_life import finish
 
-TARGETS = {"links": (0.01, 0.005, 0.0025), "rays": (0.04, 0.02, 0.01)}
+TARGETS = {"links": (0.01, 0.005, 0.0025), "boxes": (0.04, 0.02, 0.01), "rays": (0.04, 0.02, 0.01)}
+MAKE = {"links": random_room, "boxes": boxes_and_balls, "rays": lambda seed: random_scene(seed)[0]}
 FACTOR = 2.0
 
 
 def run(seed, way):
-    scene = random_room(seed) if way == "links" else random_scene(seed)[0]
+    scene = MAKE[way](seed)
     first, share = solved(scene, TARGETS[way][0], way)
     row = {"seed": seed, "history": first.history, "targets": []}
     for target in TARGETS[way][1:]:

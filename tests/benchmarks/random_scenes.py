@@ -84,6 +84,26 @@ def few_scene(seed):
     return Scene(surfaces, background, rounding=2**-24), made, not smooth and triangles <= MOST_TRACED
 
 
+def boxes_and_balls(seed):
+    """A scene of 3 to 24 of them, in a room or on a floor."""
+    rng = np.random.default_rng([31, seed])
+    size, brightest, in_room = rng.uniform(3, 6, 3) * [1, 1, 0.6], rng.uniform(0.4, 0.85), rng.random() < 0.6
+    surfaces = walls(size, rng.uniform(0.1, brightest, (6, 3)))[: 6 if in_room else 1]
+    lamp, lights, placed = random_lamp(rng, size)
+    surfaces += lamp
+    count, made = rng.integers(3, 25), 0
+    for _ in range(TRIES * count):
+        radius = rng.uniform(0.4, 1.0) * 0.55 * (size.prod() / count) ** (1 / 3)
+        centre = radius + rng.random(3) * (size - 2 * radius)
+        if made < count and (centre > 0).all() and separate((centre, radius), placed):
+            placed.append((centre, radius))
+            kind = random_box if rng.random() < 0.5 else random_ball
+            surfaces += kind(rng, centre, radius, rng.uniform(0.1, brightest, 3), rng.random() < 0.5)
+            made += 1
+    background = 0.0 if in_room else rng.uniform(0.1, 1, 3) * (rng.random() < 0.7)
+    return Scene(surfaces, background, rounding=2**-24, lights=lights)
+
+
 def of_other_make(rng, surface):
     """A wall as it is, as a polygon, or as a mesh of two triangles."""
     corners, make = surface.shape.corners, rng.integers(3)
