@@ -20,13 +20,12 @@ from .grid import batches
 from .near import NearHits
 from .nodes import LIT, Nodes
 from .rows import Gathered, Traced, bundle, directions, light_of
-from .sources import relit, sources_of
+from .sources import met_by_rays, relit, sources_of
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
 TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
 AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
-BROAD = 2.0  # times the mean emission of all surfaces: what is no brighter fills enough of what is seen for rays
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 
 
@@ -226,22 +225,6 @@ class RayState:
         rest = yield from self.gather(receivers, min(RAYS, self.read) if roughly else self.read)
         return np.einsum("nkc,kc->nc", factor, self.light) + rest
 
-    @property
-    def idle(self):
-        """Names of what shines but comes to no place of any node: all of it is hidden, or what it lights is smaller.
-        Not a side or a face of a lamp, of which others light something."""
-        seen = (self.factor > 0).any(axis=(0, 2)) | self.beamed
-        lamps = list(zip(self.sources[: len(seen) - len(self.spots)], seen)) if len(self.factor) else []
-        useful = [s.shape.bounds for s, some in lamps if s.is_surface and some]
-        centre, radius = np.array([c for c, _ in useful]).reshape(-1, 3), np.array([r for _, r in useful])
-
-        def has_others(source):
-            own, reach = source.shape.bounds
-            return bool((np.linalg.norm(centre - own, axis=1) <= radius + reach).any())
-
-        idle = [s for s, some in lamps if not some and s.colour.any()]
-        return [s.name for s in idle if not (s.is_surface and has_others(s))]
-
     def take_light(self, scene):
         """The same shapes under the light of another scene."""
         self.scene, self.started, self.counts = scene, time.perf_counter(), Counter()
@@ -254,15 +237,6 @@ class RayState:
         usual = now.sum() / before.sum() if before.any() else 1.0  # of what is lost where no light was found
         brighter = np.divide(now, before, out=np.full(len(now), usual), where=before > 0)
         self.spread, self.unsure_lit, self.lost = (a * brighter for a in (self.spread, self.unsure_lit, self.lost))
-
-
-def met_by_rays(scene):
-    """(n surfaces,) bool: which shine, but as what reflects does: balls' insides, and what is broad rather than bright.
-    Points that stand for a large surface are too few for all that is near it, and for what hides a part of it."""
-    emission, inside = scene.emission.max(axis=1), np.array([s.is_inside for s in scene.surfaces])
-    even = ~np.array([callable(s.emission) for s in scene.surfaces])
-    mean = (scene.areas * emission).sum() / scene.areas.sum()
-    return (emission > 0) & (inside | even & (emission <= BROAD * mean))
 
 
 def _carried(values, old):

@@ -12,6 +12,7 @@ import numpy as np
 from ..boxes import near, overlap
 from ..shapes.plane import Planes
 from ..shapes.shape import box_of, unit
+from .near_flats import near_flats
 
 KEPT = 16.0  # tolerances that points keep from the borders of their shapes
 PARTED = 24.0  # tolerances between layers of shapes in one plane: more than MET, and what their own rounding takes
@@ -88,7 +89,7 @@ class Facets:
         some[self.scene.shape_of[self.scene.of_shapes(light.blockers)]] = True
         flat, ball = np.split(some[self.shape], [self.count])
         out = copy.copy(self)
-        vars(out).pop("boxes", None)
+        [vars(out).pop(name, None) for name in ("boxes", "near_flats")]
         for keep, names in (
             (flat, ("origin", "u", "v", "triangle", "chart", "normal")),
             (ball, ("ball_centre", "ball_linear", "ball_inverse")),
@@ -107,6 +108,11 @@ class Facets:
         low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
         low = np.concatenate([low, self.ball_centre - reach])
         return low.T.copy(), np.concatenate([high, self.ball_centre + reach]).T.copy()
+
+    @cached_property
+    def near_flats(self):
+        """See near_flats; a list, as what parts cells and what points are moved off both go through it."""
+        return list(near_flats(self))
 
     @property
     def count(self):

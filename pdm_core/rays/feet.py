@@ -7,7 +7,6 @@ from ..read_off import runs_of
 from ..shapes.shape import PARALLEL
 from ..shapes.triangles import barycentric
 from .grid import pairs_of
-from .standing import near_flats
 
 
 class Feet:
@@ -16,7 +15,7 @@ class Feet:
     def __init__(self, facets, reach):
         self.facets, self.reach = facets, reach
         found = [np.zeros((2, 0), int)]
-        for own, facet in near_flats(facets):
+        for own, facet in facets.near_flats:
             meshes = facets.own[facets.shape[facet]] < 0
             own, facet = own[meshes], facet[meshes]
             plane = facets.first[own]

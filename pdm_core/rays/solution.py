@@ -16,6 +16,7 @@ from .beside import read_places
 from .bundles import Receivers
 from .check import Check
 from .engine import RayState
+from .idle import idle_of
 from .kept import KeptRays, check_light
 from .refinement import excess_of, improve
 from .where import nodes_near
@@ -148,7 +149,7 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
             break
     solution = approach.best
     solution.seconds, solution.history = state.elapsed(), list(approach.history)
-    if idle := solution._state.idle:  # not of nodes that are being added
+    if idle := idle_of(solution._state):  # not of nodes that are being added
         named = some_of(list(map(repr, idle)))
         one, many = ("lights", "it looks and what hides it"), ("light", "they look and what hides them")
         verb, looked = one if len(idle) == 1 else many

@@ -6,6 +6,8 @@ import numpy as np
 
 from .bundles import TOUCHING
 
+BROAD = 2.0  # times the mean emission of all surfaces: what is no brighter fills enough of what is seen for rays
+
 
 class Source:
     """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it;
@@ -101,6 +103,15 @@ class Lamp(Source):
         """See Source."""
         self.light = scene.lights[self.number]
         self.colour = np.asarray(self.light.colour, float)
+
+
+def met_by_rays(scene):
+    """(n surfaces,) bool: which shine, but as what reflects does: balls' insides, and what is broad rather than bright.
+    Points that stand for a large surface are too few for all that is near it, and for what hides a part of it."""
+    emission, inside = scene.emission.max(axis=1), np.array([s.is_inside for s in scene.surfaces])
+    even = ~np.array([callable(s.emission) for s in scene.surfaces])
+    mean = (scene.areas * emission).sum() / scene.areas.sum()
+    return (emission > 0) & (inside | even & (emission <= BROAD * mean))
 
 
 def relit(sources, scene):

@@ -6,11 +6,10 @@ side where most of it is; what is met on the other side takes the light of the c
 
 import numpy as np
 
-from ..at_once import AT_ONCE, in_turn, parts, runs
-from ..boxes import near
+from ..at_once import AT_ONCE, in_turn, parts
 from ..shapes.shape import PARALLEL
+from .near_flats import ON
 
-ON = 6.0  # tolerances within which a facet's corner lies in a plane: more than the facets have been widened
 BORDER = 1e-4  # of a chart: on its border nothing lies beyond a segment
 DENSE = 4  # points along a segment, for each of the finest cells, that tell which cells it runs through
 ASIDE = 1e-7  # of the chart: to both sides of a segment that runs between cells
@@ -22,7 +21,7 @@ class Standing:
 
     def __init__(self, facets, charts):
         parts = [(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)))]
-        parts += [_segments(facets, charts, own, facet) for own, facet in near_flats(facets)]
+        parts += [_segments(facets, charts, own, facet) for own, facet in facets.near_flats]
         self.surface, self.a, self.b = (np.concatenate(part) for part in zip(*parts))
 
     def through(self, lattice):
@@ -116,30 +115,6 @@ class PartedCells:
 
 def _turn(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-
-
-def near_flats(facets):
-    """Yields flat shapes (k,) and facets (k,) of others whose boxes are near theirs."""
-    number = np.bincount(facets.shape[: facets.count], minlength=len(facets.first))
-    shapes = np.flatnonzero(number)
-    if not len(shapes):
-        return
-    each_low, each_high = (corner[:, : facets.count] for corner in facets.boxes)
-    low, high = np.full((3, len(number)), np.inf), np.full((3, len(number)), -np.inf)
-    low[:, shapes] = np.minimum.reduceat(each_low, facets.first[shapes], axis=1) - ON * facets.tolerance
-    high[:, shapes] = np.maximum.reduceat(each_high, facets.first[shapes], axis=1) + ON * facets.tolerance
-    i, j = (shapes[k] for k in near(low[:, shapes].T, high[:, shapes].T, 0.0))
-    i, j = np.concatenate([i, j]), np.concatenate([j, i])
-    keep = np.isin(i, facets.flat)
-    i, j = i[keep], j[keep]
-    for some in runs(number[j]):
-        whose, step = in_turn(number[j[some]])
-        flat, facet = i[some][whose], facets.first[j[some]][whose] + step
-        over = np.ones(len(flat), bool)
-        for axis in range(3):
-            over &= each_low[axis].take(facet) <= high[axis].take(flat)
-            over &= each_high[axis].take(facet) >= low[axis].take(flat)
-        yield flat[over], facet[over]
 
 
 def _segments(facets, charts, own, facet):

@@ -1,0 +1,19 @@
+"""What shines in vain."""
+
+import numpy as np
+
+
+def idle_of(state):
+    """Names of what shines but comes to no place of any node: all of it is hidden, or what it lights is smaller.
+    Not a side or a face of a lamp, of which others light something."""
+    seen = (state.factor > 0).any(axis=(0, 2)) | state.beamed
+    lamps = list(zip(state.sources[: len(seen) - len(state.spots)], seen)) if len(state.factor) else []
+    useful = [s.shape.bounds for s, some in lamps if s.is_surface and some]
+    centre, radius = np.array([c for c, _ in useful]).reshape(-1, 3), np.array([r for _, r in useful])
+
+    def has_others(source):
+        own, reach = source.shape.bounds
+        return bool((np.linalg.norm(centre - own, axis=1) <= radius + reach).any())
+
+    idle = [s for s, some in lamps if not some and s.colour.any()]
+    return [s.name for s in idle if not (s.is_surface and has_others(s))]
