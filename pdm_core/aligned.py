@@ -3,6 +3,8 @@
 Sums of an elementary primitive over sixteen pairs of corners (Gross, Spindler and Hahne 1981; Ehlert and Smith 1993).
 """
 
+from itertools import product
+
 import numpy as np
 
 from .tolerances import TINY
@@ -28,11 +30,9 @@ def _log(r2):
 def _corner_sum(primitive, a0, a1, b0, b1, c0, c1, d0, d1):
     """Sum of (-1)^(i+j+k+l) primitive(a_i, b_j, c_k, d_l) over the corners."""
     total = 0.0
-    for i, a in enumerate((a0, a1)):
-        for j, b in enumerate((b0, b1)):
-            for k, c in enumerate((c0, c1)):
-                for m, d in enumerate((d0, d1)):
-                    total = total + (-1) ** (i + j + k + m) * primitive(a, b, c, d)
+    for index in product(range(2), repeat=4):
+        corner = (ends[k] for ends, k in zip(((a0, a1), (b0, b1), (c0, c1), (d0, d1)), index))
+        total = total + (-1) ** sum(index) * primitive(*corner)
     return total / (2 * np.pi)
 
 

@@ -12,6 +12,13 @@ def in_turn(count):
     return whose, np.arange(len(whose)) - np.repeat(np.cumsum(count) - count, count)
 
 
+def later(count):
+    """Yields pairs (k,), (k,): each entry of a list with the count (n,) entries that follow it."""
+    for some in runs(count):
+        entry, step = in_turn(count[some])
+        yield entry + some.start, entry + some.start + 1 + step
+
+
 def parts(index, most):
     """[index (k,)] of an index (n,) in turn, each of at most `most`."""
     return [index[some] for some in slices(len(index), most)]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .at_once import in_turn, runs
+from .at_once import later
 
 
 def near(low, high, tolerance):
@@ -16,10 +16,7 @@ def near(low, high, tolerance):
     low, high = low[order], high[order] + tolerance
     count = np.searchsorted(low[:, axis], high[:, axis], side="right") - np.arange(len(low)) - 1
     found = [np.zeros((2, 0), int)]
-    for some in runs(count):
-        i, step = in_turn(count[some])
-        i += some.start
-        j = i + 1 + step
+    for i, j in later(count):
         meet = ((low[j] <= high[i]) & (low[i] <= high[j])).all(axis=1)
         found.append(np.stack([i[meet], j[meet]]))
     i, j = order[np.concatenate(found, axis=1)]

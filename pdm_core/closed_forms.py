@@ -1,4 +1,4 @@
-"""Closed forms: what an oriented point receives from a sphere, a patch of one or a disc.
+"""Closed forms: what an oriented point receives from a sphere or a disc.
 
 Vectors are stored component first, (3, ...), so that every numpy operation runs over contiguous memory. Form
 factors of points are irradiance / pi for unit radiance.
@@ -70,40 +70,18 @@ def sphere_unoccluded(points, normals, centres, radii):
     return out
 
 
-def sphere_patch_unoccluded(points, normals, centre, radius, low, high):
-    """What points (m, 3) m, unit normals (m, 3), inside or on a round sphere receive from a patch of its inner side.
-
-    centre (3,) m, radius m; low, high (theta, phi): the patch's bounds, 0 <= theta <= pi from +z, high phi - low phi
-    at most a turn -> (m,) form factor, horizon-clipped. The contour integral along two parallels and two meridians,
-    in closed form; the way back along the horizon is known up to whole turns, of which a form factor below 1 has none.
-    Absolute error about 1e-12; a point on the patch's border has no limit: move it off.
-    """
-    offset = (np.asarray(centre, float) - points).T
-    n = np.ascontiguousarray(normals.T)
-    (t0, p0), (t1, p1) = low, high
-    x, y, z = (np.array([np.eye(3)[k]]).T * radius for k in range(3))
-    total = np.zeros(len(points))
-    for theta, start, end in ((t0, p1, p0), (t1, p0, p1)):
-        k0 = offset + np.cos(theta) * z
-        total += _circle_above_horizon(n, k0, np.sin(theta) * x, np.sin(theta) * y, start, end)
-    for phi, start, end in ((p0, t0, t1), (p1, t1, t0)):
-        total += _circle_above_horizon(n, offset, z, np.cos(phi) * x + np.sin(phi) * y, start, end)
-    share = np.mod(total / (2 * np.pi), 1.0)
-    return np.where(share > 1 - 1e-12, 0.0, share)
-
-
 def disc_unoccluded(points, normals, centre, a, b):
     """What points (m, 3) m, unit normals (m, 3), receive from a disc about centre (3,) m -> (m,) form factor,
     horizon-clipped; a, b (3,) m are radii of it at a right angle, the points on its side a x b. Absolute error 1e-12.
     """
     n = np.ascontiguousarray(np.asarray(normals, float).T)
     offset = np.ascontiguousarray((centre - np.asarray(points, float)).T)
-    total = _circle_above_horizon(n, offset, np.array([b]).T, np.array([a]).T, 0.0, 2 * np.pi)
+    total = circle_above_horizon(n, offset, np.array([b]).T, np.array([a]).T, 0.0, 2 * np.pi)
     share = np.mod(total / (2 * np.pi), 1.0)
     return np.where(share > 1 - 1e-12, 0.0, share)
 
 
-def _circle_above_horizon(n, k0, k1, k2, start, end):
+def circle_above_horizon(n, k0, k1, k2, start, end):
     """n . integral of r x dr / |r|^2 over the part with n . r >= 0 of r = k0 + k1 cos f + k2 sin f, start to end,
     plus the angle about n from where it goes below the horizon to where it comes up again, up to whole turns."""
     direction = 1.0 if end > start else -1.0

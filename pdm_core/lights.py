@@ -126,7 +126,6 @@ class SpotLight(PointLight):
 
     @cached_property
     def beam(self):
-        """See Light."""
         turn, axes = 2 * np.pi * np.arange(RIM) / RIM, np.linalg.inv(self.to_cone)
         edge = np.full(RIM, np.sin(self.angle / 2))
         rim = np.column_stack([edge * np.cos(turn), edge * np.sin(turn), np.full(RIM, -np.cos(self.angle / 2))])
@@ -136,7 +135,6 @@ class SpotLight(PointLight):
 
     @property
     def cone(self):
-        """See Light."""
         return self.position, *(self.beam[1:] if self.beam else (self.direction, np.pi / 2)), self.radius
 
     def unoccluded(self, points, normals):
@@ -247,17 +245,14 @@ class AreaLight(Light):
 
     @property
     def beam(self):
-        """See Light."""
         radius = np.sqrt(self.u @ self.u + self.v @ self.v) / 2
         return _beam(self.centre, self.normal, self.spread / 2, radius)
 
     @property
     def cone(self):
-        """See Light."""
         return self.centre, self.normal, self.spread / 2, np.sqrt(self.area)
 
     def power_along(self, directions):
-        """See Light."""
         return self.pattern(directions) * (directions @ self.normal)
 
     def pattern(self, directions):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .at_once import AT_ONCE, slices
-from .checked import SceneError, array
+from .checked import SceneError, array, of_kind
 from .numerics import gauss_square
 from .sampled import segment_blocked
 from .scene import Surface
@@ -47,8 +47,7 @@ def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occl
     occluders: shapes tested against each segment. The error is large where a and b share an edge: see form_factors.
     """
     for surface in (a, b):
-        if not isinstance(surface, Surface):
-            raise SceneError(f"pdm_form_factor takes two Surfaces, not {surface!r}")
+        of_kind(surface, Surface, "pdm_form_factor")
     if not isinstance(occluders, tuple | list) or not all(isinstance(s, Shape) and not s.is_mesh for s in occluders):
         raise SceneError(f"pdm_form_factor: occluders are {occluders!r}; give a list of Planes, Spheres and Polygons")
     counts = [array(k, "pdm_form_factor: divisions and points") for k in (divisions_a, divisions_b, points)]

@@ -51,12 +51,12 @@ def _meets_flat(p, d, slack, half):
     return (p[2] * end < 0) & (np.minimum(np.abs(p[2]), np.abs(end)) > slack) & (beside <= 0.5)
 
 
-def sampled_factors(table, x, n, source, corners, sky, occluders, free):
+def sampled_factors(met, table, x, n, source, corners, sky, occluders, free):
     """What points x (3, m) receive from sources where shapes cross: the share of rays that meet the source first, and
     of small sources, which few rays meet, the exact unoccluded factor free (m,) times the share that points spread over
     them see, within what the rays may be off by. Rays tell all sources of a point alike: together they sum to 1.
     """
-    out = table.met(table, x, n, 2 * source + (sky and source[0] >= 0))
+    out = met(x, n, 2 * source + (sky and source[0] >= 0))
     small = np.flatnonzero(free < SMALL)
     for k in parts(small, AT_ONCE // SAMPLES):
         noise = NOISE * np.sqrt(free[k])
@@ -67,22 +67,23 @@ def sampled_factors(table, x, n, source, corners, sky, occluders, free):
 
 
 class Met:
-    """What rays from points meet first, kept for those asked for last: a point's sources come one after another."""
+    """What rays from points meet first of the shapes of a table, kept for those asked for last: a point's sources come
+    one after another."""
 
-    def __init__(self):
-        self.keys, self.shares = np.zeros(0, np.uint64), None
+    def __init__(self, table):
+        self.table, self.keys, self.shares = table, np.zeros(0, np.uint64), None
 
-    def __call__(self, table, x, n, what):
+    def __call__(self, x, n, what):
         """Of rays from points x (3, m) with unit normals n (3, m), as many to each direction as an even sky sends from
         there, the part (m,) that meets what (m,) first: 2 k are flat shapes and balls' outer sides, 2 k + 1 inner
         sides, -2 is nothing."""
         key, first, at = np.unique(names_of(np.concatenate([x, n]).T), return_index=True, return_inverse=True)
         place = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
         old = self.keys[place] == key if len(self.keys) else np.zeros(len(key), bool)
-        shares = np.empty((len(key), 2 * len(table.bound) + 2))
+        shares = np.empty((len(key), 2 * len(self.table.bound) + 2))
         if old.any():
             shares[old] = self.shares[place[old]]
-        shares[~old] = _met_first(table, x[:, first[~old]], n[:, first[~old]])
+        shares[~old] = _met_first(self.table, x[:, first[~old]], n[:, first[~old]])
         self.keys, self.shares = key, shares
         return shares[at.reshape(-1), what]
 

@@ -207,12 +207,6 @@ class Scene:
                 raise SceneError(f"Scene: {light!r} is no light; give a PointLight, SpotLight, SunLight or AreaLight")
         return surfaces, lights
 
-    @staticmethod
-    def needed(scene, what):
-        """SceneError where what was handed over is no Scene."""
-        if not isinstance(scene, Scene):
-            raise SceneError(f"{what} needs a Scene, not {scene!r}")
-
     def __len__(self):
         return len(self.surfaces)
 

@@ -4,7 +4,6 @@ import numpy as np
 
 from .closed_forms import dot, transform
 from .regions import Balls
-from .sampled import Met
 from .shapes.shape import bounds_of, tolerance_of
 from .tolerances import TOUCHING
 
@@ -26,7 +25,6 @@ class ShapeTable:
         self.linear, self.inverse = np.zeros((3, 3, count)), np.zeros((3, 3, count))
         self.half = np.array([s.half for s in shapes])  # triangles, whose last corner is there twice
         self.radius = np.zeros(count)  # of round balls; 0 for ellipsoids
-        self.met = Met()
         # the tolerance in local coordinates: of heights over planes, of depths in ellipsoids along their least axes
         self.slack = self.tolerance / np.array([s.unit_height for s in shapes])
         for k, shape in enumerate(shapes):

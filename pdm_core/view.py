@@ -8,11 +8,11 @@ from collections import Counter
 
 import numpy as np
 
-from .at_once import AT_ONCE, CACHED, in_turn, parts, runs, slices
+from .at_once import AT_ONCE, CACHED, later, parts, runs, slices
 from .closed_forms import divide, dot, sphere_unoccluded
 from .contour import polygon_unoccluded
 from .regions import Occluders, ball_source, covers_directions, polygon_region, sky_source
-from .sampled import sampled_factors
+from .sampled import Met, sampled_factors
 from .sift import height_over, sift
 from .visible_integral import visible_integral
 
@@ -31,10 +31,7 @@ def _overlapping(table, x, pair, occluder):
     around = length <= r  # from within everything overlaps
     follow = np.searchsorted(pair, pair, side="right") - np.arange(len(pair)) - 1
     found = [np.zeros((2, 0), int)]
-    for some in runs(follow):
-        e, step = in_turn(follow[some])
-        e += some.start
-        other = e + 1 + step
+    for e, other in later(follow):
         apart = dot(axis.take(e, axis=1), axis.take(other, axis=1)) < cos[e] * cos[other] - sin[e] * sin[other] - 1e-9
         found.append(np.stack([e, other])[:, ~apart | around[e] | around[other]])
     return np.concatenate(found, axis=1)
@@ -111,23 +108,24 @@ def _unoccluded(table, x, n, source, corners, sky):
     return out
 
 
-def visible_factors(table, points, normals, source, corners=None, occluders=None, sky=False, counts=None):
+def visible_factors(table, points, normals, source, corners=None, occluders=None, sky=False, counts=None, met=None):
     """Exact form factors (m,) from points (m, 3) m with unit normals (m, 3) to the visible part of their sources.
 
     source (m,): shape indices. Planes: corners (m, 4, 3) m of the part that is the source. Balls: corners None,
     seen from outside. sky: all directions, up to the inner side of sphere `source`, or without end where it is -1.
     occluders (m, k): candidate shape indices padded with -1; may contain the source and shapes that hide nothing.
-    counts: a Counter that is told how many pairs were free, exact or sampled. Error about 1e-14, or that of
+    counts: a Counter that is told how many pairs were free, exact or sampled; met: Met of the table, kept from call to
+    call. Error about 1e-14, or that of
     the sampled fallback (1e-3, at most 4e-3) where shapes cross each other.
     """
-    counts = Counter() if counts is None else counts
+    counts, met = Counter() if counts is None else counts, Met(table) if met is None else met
     out = np.empty(len(points))
     source = np.broadcast_to(np.asarray(source), len(points))
     for part in slices(len(points), AT_ONCE):
         x, n = np.ascontiguousarray(points[part].T), np.ascontiguousarray(normals[part].T)
         c = None if corners is None else np.ascontiguousarray(np.transpose(corners[part], (2, 1, 0))) - x[:, None]
         candidates = None if occluders is None else occluders[part]
-        out[part] = _batch(table, x, n, source[part], c, candidates, sky, counts)
+        out[part] = _batch(table, x, n, source[part], c, candidates, sky, counts, met)
     return out
 
 
@@ -137,7 +135,7 @@ def _groups(number):
     return [rows[some] for some in runs(number[rows], CACHED)]
 
 
-def _batch(table, x, n, source, corners, occluders, sky, counts):
+def _batch(table, x, n, source, corners, occluders, sky, counts, met):
     m = x.shape[1]
 
     def pick(index):
@@ -170,5 +168,5 @@ def _batch(table, x, n, source, corners, occluders, sky, counts):
     counts["sampled"] += len(index)
     if len(index):
         these = pick(index)
-        out[index] = sampled_factors(table, *these, occluders[index], _unoccluded(table, *these))
+        out[index] = sampled_factors(met, table, *these, occluders[index], _unoccluded(table, *these))
     return out

@@ -8,7 +8,7 @@ import numpy as np
 from .at_once import AT_ONCE, slices
 from .closed_forms import dot
 from .contacts import contacts_of
-from .sampled import segment_blocked
+from .sampled import Met, segment_blocked
 from .shape_table import ShapeTable
 from .sift import over_edges
 from .tolerances import TINY, TOUCHING
@@ -166,6 +166,7 @@ class Factors:
 
     def __init__(self, scene, shafts, counts):
         self.scene, self.shafts, self.counts = scene, shafts, counts
+        self.met = Met(shafts.table)
         shapes = [s.shape for s in scene.surfaces]
         # planes, balls from outside, balls from within
         self.kind = shafts.table.is_ball[shafts.shape] + 1 * shafts.inside
@@ -228,7 +229,8 @@ class Factors:
         if occluders is None:
             occluders = self.shafts.for_pairs(points, surface, source)
         shape = self.shafts.shape[source]
-        return visible_factors(self.shafts.table, points, normals, shape, corners, occluders, sky, self.counts)
+        told = self.counts, self.met
+        return visible_factors(self.shafts.table, points, normals, shape, corners, occluders, sky, *told)
 
     def escaping(self, points, normals, surface):
         """points, normals (m, 3) on surfaces (m,) -> (m,) the fraction of the hemisphere that sees the background."""
@@ -238,7 +240,8 @@ class Factors:
         open_air = np.flatnonzero(~((surface >= 0) & self.shafts.inside[surface]))
         out = np.zeros(len(points))
         x, n, nowhere = points[open_air], normals[open_air], np.full(len(open_air), -1)
-        out[open_air] = visible_factors(self.shafts.table, x, n, nowhere, None, occluders[open_air], True, self.counts)
+        told, occluders = (self.counts, self.met), occluders[open_air]
+        out[open_air] = visible_factors(self.shafts.table, x, n, nowhere, None, occluders, True, *told)
         return out
 
     def matrix(self, points, normals, surface, sources, background):

@@ -91,8 +91,10 @@ class Refinement:
 
     def improve(self, target, last):
         """Whatever helps most towards the target, the last or not; False where nothing does; yields."""
-        if self._stuck(target):
-            return False
+        if self.check.fresh:
+            before, self.unclosed = self.unclosed, self.check.unclosed
+            if self._is_stuck(target, before):
+                return False
         # where only some surface's own error is too large, what helps is local
         whole = not self.check.fresh or self.check.error > target
         if whole and ((yield from self._straighten()) or self._sharpen()):
@@ -100,12 +102,9 @@ class Refinement:
         tightened = last and self._tighten(target)
         return (yield from self._refine(target)) or tightened
 
-    def _stuck(self, target):
+    def _is_stuck(self, target, before):
         """Whether what rows make from nothing, where shapes run through each other, is more than the target and no less
-        than it was: finer cells and links do not mend it."""
-        if not self.check.fresh:
-            return False
-        before, self.unclosed = self.unclosed, self.check.unclosed
+        than before: finer cells and links do not mend it."""
         return SAFETY * self.unclosed > target and self.unclosed > LESS * before
 
     def _straighten(self):

@@ -110,7 +110,6 @@ class Spot(Source):
 
     @property
     def is_tinted(self):
-        """See Source."""
         return callable(self.surface.reflectance)
 
     def tint(self, places):

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..numerics import ROUGHLY, SOLVED, gmres
 from ..signs_of_life import finish, in_thread
-from .aimed import Spot, spots_of
+from .aimed import spots_of
 from .amplified import amplification
 from .covered import covered
 from .direct import AT_NODES, COARSE, COMPARED, FINE, READ, Shares
@@ -20,7 +20,7 @@ from .grid import batches
 from .near import NearHits
 from .nodes import LIT, Nodes
 from .rows import Gathered, Traced, bundle, directions, light_of
-from .sources import met_by_rays, relit, sources_of
+from .sources import foreseen_level, met_by_rays, relit, sources_of
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
 TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
@@ -121,19 +121,12 @@ class RayState:
         self.light = np.array([s.colour for s in sources]).reshape(-1, 3)
         self.shares = Shares(self.facets, sources, self.counts)
         self.beamed = np.zeros(len(sources), bool)  # whether its light goes on by way of spots, sources too
-        self.spots = [s for s in sources if isinstance(s, Spot)]
+        self.spots = [s for s in sources if s.is_spot]
         self.beamed[[s.beam_of for s in self.spots]] = True
 
     def scale(self):
         """Irradiance / pi that tolerances refer to: before any is known, the sources' own over the scene."""
-        if self.level > 0:
-            return self.level
-        whole = self.scene.background.max()
-        centre = self.facets.centre + np.zeros((1, 3))
-        for source in self.sources:
-            faces = np.concatenate([np.eye(3), -np.eye(3)])
-            whole = max(whole, source.unoccluded(np.repeat(centre, 6, axis=0), faces).max() * source.colour.max())
-        return whole / 4
+        return self.level if self.level > 0 else foreseen_level(self.sources, self.facets)
 
     def link(self):
         """The rows of all nodes, and their own light: direct, and what they send whatever they receive."""

@@ -11,7 +11,6 @@ from .beside import read_places
 from .direct import COARSE, READ, Shares
 from .near import NearHits
 from .rows import MISS, bundle, directions
-from .sources import Emitter
 
 FAINT = 1e-3  # of the light: sources that give less may become brighter, yet their shadows need not be finer than that
 
@@ -25,7 +24,7 @@ class KeptRays(KeptGroups):
         of = group(nodes.surface, places, nodes.weight)
         super().__init__(state.scene, surface, points, of, nodes.surface, nodes.weight, count, channels=3)
         self.given, self.reflects = state.scene, state.reflects
-        self.emitters = np.array([s.index for s in state.sources if isinstance(s, Emitter)], int)
+        self.emitters = np.array([s.index for s in state.sources if s.is_surface], int)
         self.spots, self.straight_on = state.spots, count - len(state.spots)
         self.take_nodes(state.factor, nodes.reflectance)
         self.shines = state.by_rays[self.group_surface][:, None]

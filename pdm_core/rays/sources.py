@@ -53,7 +53,6 @@ class Emitter(Source):
         self.offset = layer * self.shape.normal if layer else np.zeros(3)
 
     def take_light(self, scene, before):
-        """See Source."""
         self.surface, self.colour = scene.surfaces[self.index], scene.emission[self.index]
 
     def unoccluded(self, points, normals):
@@ -77,7 +76,6 @@ class Emitter(Source):
 
     @property
     def is_tinted(self):
-        """See Source."""
         return callable(self.surface.emission)
 
     def tint(self, places):
@@ -100,7 +98,6 @@ class Lamp(Source):
         self.shadows = light.shadows and (self.blockers is None or len(self.blockers.shape) > 0)
 
     def take_light(self, scene, before):
-        """See Source."""
         self.light = scene.lights[self.number]
         self.colour = np.asarray(self.light.colour, float)
 
@@ -112,6 +109,13 @@ def met_by_rays(scene):
     even = ~np.array([callable(s.emission) for s in scene.surfaces])
     mean = (scene.areas * emission).sum() / scene.areas.sum()
     return (emission > 0) & (inside | even & (emission <= BROAD * mean))
+
+
+def foreseen_level(sources, facets):
+    """Irradiance / pi before any is known: a quarter of the most that what shines gives in the middle of the scene."""
+    middle, faces = np.tile(facets.centre, (6, 1)), np.concatenate([np.eye(3), -np.eye(3)])
+    each = [source.unoccluded(middle, faces).max() * source.colour.max() for source in sources]
+    return max([facets.scene.background.max(), *each]) / 4
 
 
 def relit(sources, scene):

@@ -12,9 +12,9 @@ from output import ROOT, machine, save
 sys.path.insert(0, str(ROOT / "tests" / "core"))
 
 from rooms import both_sides, cube_planes  # noqa: E402
+from sphere_patches import sphere_patch_unoccluded  # noqa: E402
 
 from pdm_core import Plane, Scene, Sphere, Surface, form_factors, pdm_form_factor  # noqa: E402
-from pdm_core.closed_forms import sphere_patch_unoccluded  # noqa: E402
 
 OPPOSITE, ADJACENT = 0.199824895698387, 0.200043776075403
 

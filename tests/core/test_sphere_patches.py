@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from pdm_core.closed_forms import sphere_patch_unoccluded
+from sphere_patches import sphere_patch_unoccluded
 
 
 def directions(count, seed):
