@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ...pdm_core import AreaLight, Mesh, Plane, PointLight, Sphere
+from ...pdm_core import AreaLight, PointLight
+from ...pdm_core.shapes.shape import bounds_of
 
 TOUCH = 1e-6  # of the size: shapes that overlap less only touch
 AT_ONCE = 1 << 20  # pairs of bounding boxes compared at once
@@ -27,11 +28,11 @@ def _hidden_is_seen(pieces, lights):
     """(n,) Whether light may come to the hidden side of each, from outside itself."""
     if not pieces:
         return np.zeros(0, bool)
-    balls = np.array([isinstance(piece.shape, Sphere) for piece in pieces])
+    balls = np.array([piece.shape.is_ball for piece in pieces])
     outward = np.array([piece.is_outward for piece in pieces])
     shines = np.array([piece.look.shines for piece in pieces])
-    centre, radius = (np.array(part) for part in zip(*(piece.shape.bounds for piece in pieces)))
-    low, high = _boxes(pieces)
+    centre, radius = bounds_of([piece.shape for piece in pieces])
+    low, high = (np.array(part) for part in zip(*(piece.shape.box for piece in pieces)))
     seen = ~balls
     body = _bodies(pieces, balls & outward)
     count = int(body.max(initial=-1)) + 1
@@ -99,22 +100,6 @@ def _overlapping(low, high, other_low, other_high, owners, others):
         a, b = np.nonzero(hit)
         found.append(np.stack([some[a], other[b]]))
     return np.concatenate(found, axis=1)
-
-
-def _boxes(pieces):
-    """low, high (n, 3) m: the pieces' extents along the axes."""
-    extents = []
-    for piece in pieces:
-        shape = piece.shape
-        if isinstance(shape, Sphere):
-            reach = np.linalg.norm(shape.linear, axis=1)
-            extents.append((shape.origin - reach, shape.origin + reach))
-            continue
-        points = shape.corners if isinstance(shape, Plane) else getattr(shape, "outline", None)
-        points = shape.vertices if isinstance(shape, Mesh) else points
-        extents.append((points.min(axis=0), points.max(axis=0)))
-    low, high = zip(*extents)
-    return np.array(low), np.array(high)
 
 
 def _reaches_into(pieces, centre, radius, ball, other):

@@ -3,6 +3,7 @@
 Many meshes go through each step together: it takes some hundred calls of numpy, however small they are.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -55,8 +56,8 @@ class MeshShapes:
     @cached_property
     def counts(self):
         """Of spheres, planes, polygons, meshes."""
-        kinds = (SphereShape, PlaneShape, PolygonShape, MeshShape)
-        return tuple(sum(isinstance(shape, kind) for shape in self.shapes) for kind in kinds)
+        number = Counter(map(type, self.shapes))
+        return tuple(number[kind] for kind in (SphereShape, PlaneShape, PolygonShape, MeshShape))
 
     @property
     def kind(self):

@@ -8,6 +8,7 @@ from ...pdm_core import Mesh, Plane, Polygon, Sphere, Surface
 from ...pdm_core.coincident import one_and_the_same
 from .materials import BACK, FRONT, Appearance
 from .mesh_outlines import PolygonShape
+from .mesh_planes import PlaneShape
 from .mesh_shapes import MeshShape
 from .mesh_spheres import SphereShape
 
@@ -34,7 +35,7 @@ class Piece:
         note = ""
         if hidden:
             inside = " (inside)" if self.is_outward else " (outside)"
-            note = inside if isinstance(self.shape, Sphere) else " (back)"
+            note = inside if self.shape.is_ball else " (back)"
         look = BACK if hidden else FRONT
         return Surface(self.shape, self.look.reflectance[look], self.look.emission[look], side, self.name + note)
 
@@ -58,29 +59,39 @@ def pieces_of(name, matrix, shapes, looks, materials):
     return pieces
 
 
-def _in_the_world(matrix, step, shape):
-    """A shape of the core from a local one."""
+def _plane(matrix, step, shape):
     linear, origin = matrix[:3, :3], matrix[:3, 3]
-    if isinstance(shape, SphereShape):
-        return _sphere(matrix @ shape.matrix)
-    if isinstance(shape, PolygonShape):
-        outline, *holes = ((loop @ linear.T + origin)[::step] for loop in (shape.outline, *shape.holes))
-        return Polygon(outline, holes)
-    if isinstance(shape, MeshShape):
-        normals = shape.normals[:, ::step].reshape(-1, 3) @ (
-            np.linalg.inv(linear) if np.linalg.det(linear) else np.eye(3)
-        )
-        return Mesh(shape.vertices @ linear.T + origin, shape.triangles[:, ::step], normals)
     u, v = (linear @ shape.u, linear @ shape.v)[::step]
     return Plane(linear @ shape.corner + origin, u, v)
 
 
-def _sphere(matrix):
+def _polygon(matrix, step, shape):
+    outline, *holes = ((loop @ matrix[:3, :3].T + matrix[:3, 3])[::step] for loop in (shape.outline, *shape.holes))
+    return Polygon(outline, holes)
+
+
+def _mesh(matrix, step, shape):
+    linear, origin = matrix[:3, :3], matrix[:3, 3]
+    to_world = np.linalg.inv(linear) if np.linalg.det(linear) else np.eye(3)
+    normals = shape.normals[:, ::step].reshape(-1, 3) @ to_world
+    return Mesh(shape.vertices @ linear.T + origin, shape.triangles[:, ::step], normals)
+
+
+def _sphere(matrix, step, shape):
+    matrix = matrix @ shape.matrix
     axes = np.linalg.svd(matrix[:3, :3], compute_uv=False)
     if axes[0] > 0 and axes[0] - axes[2] <= ROUND * axes[0]:
         return Sphere.at(matrix[:3, 3], axes.mean())
     # a mirrored sphere is the same sphere
     return Sphere(matrix * [1, 1, np.sign(np.linalg.det(matrix[:3, :3])) or 1, 1])
+
+
+# shapes of the core from local ones under a matrix (4, 4), corners in steps of 1, or -1 where that mirrors
+IN_THE_WORLD = {PlaneShape: _plane, PolygonShape: _polygon, MeshShape: _mesh, SphereShape: _sphere}
+
+
+def _in_the_world(matrix, step, shape):
+    return IN_THE_WORLD[type(shape)](matrix, step, shape)
 
 
 def twins(pieces):

@@ -132,7 +132,7 @@ def _layers(facets, sides):
         return out
     normal = np.array([shapes[k].normal for k in flat])
     area = np.array([shapes[k].area for k in flat])
-    low, high = (np.array(part) for part in zip(*(_box(shapes[k]) for k in flat)))
+    low, high = (np.array(part) for part in zip(*(shapes[k].box for k in flat)))
     lit = np.where(sides[flat, 0] >= 0, 1.0, -1.0)[:, None] * normal
     two_sided = (sides[flat] >= 0).all(axis=1)
     i, j = near(low, high, facets.tolerance)
@@ -179,7 +179,3 @@ def _look_into_rooms(shapes, lit, i, j, tolerance):
     for one, other in ((i, j), (j, i)):
         np.add.at(towards, one, np.sign(np.einsum("ni,ni->n", middle[other] - middle[one], lit[one])))
     return towards > 0
-
-
-def _box(shape):
-    return shape.outline.min(axis=0), shape.outline.max(axis=0)

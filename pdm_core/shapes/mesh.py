@@ -99,6 +99,11 @@ class Mesh(Shape):
         chart = np.tile(np.array([[[0.0, 1, 0], [0, 0, 1]]]), (len(p), 1, 1))
         return p, q - p, r - p, np.ones(len(p), bool), chart
 
+    @property
+    def box(self):
+        """low, high (3,) m"""
+        return self.vertices.min(axis=0), self.vertices.max(axis=0)
+
     @cached_property
     def bounds(self):
         """Centre (3,) m, of the box, and radius of a sphere around the shape."""

@@ -68,7 +68,7 @@ def square_lattice(count):
 class Shape:
     """An affine image of a reference shape: point = origin + linear @ local.
 
-    A kind of shape has area, bounds, thickness, marks, _problem, project(points), normals(points), spread(count),
+    A kind of shape has area, bounds, box, thickness, marks, _problem, project(points), normals(points), spread(count),
     unhidden(...), inset(...), facets and facet_count; those that links know as they are also unit_height,
     extent(directions) and moved(origin, corners); those of the published method parametric(st), parameters(local).
     """
@@ -166,6 +166,11 @@ class Flat(Shape):
     """A shape in a plane, with `normal`, `outline` (n, 3) m and `factor(points, normals)` seen from either side."""
 
     is_flat = True
+
+    @property
+    def box(self):
+        """low, high (3,) m"""
+        return self.outline.min(axis=0), self.outline.max(axis=0)
 
     @property
     def around(self):

@@ -61,6 +61,12 @@ class Sphere(Shape):
         return self.world(lattice(count))
 
     @property
+    def box(self):
+        """low, high (3,) m"""
+        reach = np.linalg.norm(self.linear, axis=1)
+        return self.origin - reach, self.origin + reach
+
+    @property
     def bend(self):
         """m; least radius."""
         return self.semi_axes[2]
