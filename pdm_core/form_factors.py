@@ -65,11 +65,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     """
     of_kind(scene, Scene, "form_factors")
     rtol = number(rtol, "form_factors: rtol", "a number between 0 and 1", 0, 1)
-    every = range(len(scene)) if rows is None else array(rows, "form_factors: rows").ravel()
-    rows = [int(k) if k == int(k) else k for k in every if np.isfinite(k)] if len(every) else []
-    wanted = np.array([index(k, len(scene), "form_factors: one of rows") for k in rows], int)
-    if len(wanted) < len(every):
-        raise SceneError("form_factors: rows are not all finite; use indices of surfaces")
+    wanted = _wanted(rows, len(scene))
     start = time.perf_counter()
     if any(shape.plural for shape in scene.shapes):
         return _of_pieces(scene, rtol, wanted, start)
@@ -102,6 +98,16 @@ def form_factors(scene, rtol=1e-4, rows=None):
     background, factors, error = background[wanted], factors[wanted], error[wanted]
     warnings = _above(scene, wanted, factors, error, rtol)
     return FormFactors(factors, background, error, time.perf_counter() - start, counts, warnings)
+
+
+def _wanted(rows, count):
+    """Indices of surfaces, of so many, all unless told; checked."""
+    every = range(count) if rows is None else array(rows, "form_factors: rows").ravel()
+    rows = [int(k) if k == int(k) else k for k in every if np.isfinite(k)] if len(every) else []
+    wanted = np.array([index(k, count, "form_factors: one of rows") for k in rows], int)
+    if len(wanted) < len(every):
+        raise SceneError("form_factors: rows are not all finite; use indices of surfaces")
+    return wanted
 
 
 def _of_pieces(scene, rtol, wanted, start):

@@ -5,10 +5,11 @@ By rays along fixed directions, the same for all points: free of noise to the ey
 
 import numpy as np
 
+from .rays.bundles import CONTACT
 from .rays.facets import Facets
 from .rays.near import places_of
 from .rays.placed import Placed
-from .rays.rows import DARK, Traced, directions
+from .rays.rows import Traced, directions
 
 DIRECTIONS = 256  # of the half sphere, each with its opposite: shares are off by about .01
 
@@ -39,7 +40,7 @@ def _depth(facets, traced, receivers):
     """(n,) m from the receivers to what they meet along the one direction traced, inf where nothing."""
     code, at = traced.code[:, 0], traced.at[:, 0]
     place = np.full((len(code), 3), np.inf)
-    place[code == DARK] = receivers.points[code == DARK]  # it lies against them
+    place[code == CONTACT] = receivers.points[code == CONTACT]  # it lies against them
     hit = np.flatnonzero(code >= 0)
     place[hit] = places_of(facets, code[hit] >> 1, at[hit])
     return np.linalg.norm(place - receivers.points, axis=1)

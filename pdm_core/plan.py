@@ -42,14 +42,7 @@ def plan(scene, target_error=1e-2, shafts=None):
     lights = int((scene.emission > 0).any(axis=1).sum())
     black = int((scene.reflectance == 0).all(axis=1).sum())
     reached = reached_by_light(scene, shafts)
-    pairs, free, apart = 0, 0, 0
-    everyone = np.arange(len(scene))
-    for a in everyone:  # one row of pairs at a time bounds the memory
-        seen = everyone[shafts.may_see(a)]
-        pairs, apart = pairs + len(scene), apart + len(scene) - len(seen)
-        seen = seen[seen >= a]  # what may hide is the same both ways
-        hidden = shafts.may_hide(np.full(len(seen), a), seen).any(axis=1)
-        free += int((~hidden * np.where(seen > a, 2, 1)).sum())
+    pairs, (apart, free) = len(scene) ** 2, _pairs(len(scene), shafts)
     result = Plan(reached=reached)
     say = result.lines.append
     say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
@@ -75,6 +68,18 @@ def plan(scene, target_error=1e-2, shafts=None):
         "channels": channels, "pairs": pairs, "apart": apart, "free pairs": free,
     }  # fmt: skip
     return result
+
+
+def _pairs(count, shafts):
+    """Of how many pairs of so many surfaces one is behind the other, and how many others nothing can hide."""
+    apart, free, everyone = 0, 0, np.arange(count)
+    for a in everyone:  # one row of pairs at a time bounds the memory
+        seen = everyone[shafts.may_see(a)]
+        apart += count - len(seen)
+        seen = seen[seen >= a]  # what may hide is the same both ways
+        hidden = shafts.may_hide(np.full(len(seen), a), seen).any(axis=1)
+        free += int((~hidden * np.where(seen > a, 2, 1)).sum())
+    return apart, free
 
 
 def plan_by_rays(scene, target, why):

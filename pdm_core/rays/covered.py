@@ -7,9 +7,8 @@ of what is seen. Were the covered part counted, the feet of all that stands on a
 import numpy as np
 
 from ..shapes.shape import lattice
-from .bundles import along
+from .bundles import CONTACT, along
 from .nodes import PLACES, place_of
-from .rows import DARK
 
 LOOKED = 16  # directions, and their opposites, from places that all rays leave towards sides without light
 
@@ -18,7 +17,7 @@ def covered(traced, nodes, which):
     """(k, PLACES) bool of nodes `which` (k,), by their traced rays."""
     code = traced.code[which]
     place = place_of(np.arange(code.shape[1]))
-    lost = code == DARK
+    lost = code == CONTACT
     out = np.zeros((len(which), PLACES), bool)
     dead = np.ones_like(out)
     meets_no_light = lost | (nodes.facets.surface[code >> 1, code & 1] < 0) & (code >= 0)

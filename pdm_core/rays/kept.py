@@ -8,9 +8,10 @@ from ..kept import KeptGroups, group
 from ..read_off import Unseen, check_same_shapes
 from ..signs_of_life import mapped
 from .beside import read_places
+from .bundles import NOTHING
 from .direct import COARSE, READ, Shares
 from .near import NearHits
-from .rows import MISS, bundle, directions
+from .rows import bundle, directions
 
 FAINT = 1e-3  # of the light: sources that give less may become brighter, yet their shadows need not be finer than that
 
@@ -78,7 +79,7 @@ class KeptRays(KeptGroups):
             found = np.bincount(place.ravel(), basis.ravel(), self.group_rows.size)
             self.group_rows += found.reshape(self.group_rows.shape)
         for j in range(len(traced.directions)):
-            self.group_outside.add(j, traced.cosine[:, j], traced.code[:, j] == MISS, self.of, weight)
+            self.group_outside.add(j, traced.cosine[:, j], traced.code[:, j] == NOTHING, self.of, weight)
         self.group_outside.settle()
 
     def check(self, scene):

@@ -6,12 +6,11 @@ import numpy as np
 
 from ..at_once import AT_ONCE, slices
 from ..shapes.shape import lattice
-from .bundles import CONTACT, NOTHING, along
+from .bundles import NOTHING, along
 from .grid import batches
 from .spots import Spots
 
 HALVES = 2  # of the directions, alternately
-MISS, DARK = -1, -2  # instead of a facet's code
 FINE_SKY = 1 << 15  # directions that find small bright parts of a sky
 
 
@@ -21,13 +20,13 @@ def directions(count):
 
 
 class Traced:
-    """Rays of n receivers along m directions: code (n, m) int32, twice the facet, one more where its back is met, MISS
-    where nothing, DARK where what lies against them; at (n, m, 2) float32 on it; cosine (n, m) float32 to the
+    """Rays of n receivers along m directions: code (n, m) int32, twice the facet, one more where its back is met,
+    NOTHING, or CONTACT where what lies against them; at (n, m, 2) float32 on it; cosine (n, m) float32 to the
     receiver's normal; directions (m, 3)."""
 
     def __init__(self, count, directions):
         self.directions = directions
-        self.code = np.full((count, len(directions)), MISS, np.int32)
+        self.code = np.full((count, len(directions)), NOTHING, np.int32)
         self.at = np.zeros((count, len(directions), 2), np.float32)
         self.cosine = np.zeros((count, len(directions)), np.float32)  # negative along the opposite direction
 
@@ -42,8 +41,7 @@ class Traced:
         for some in batches(len(self.directions), len(which), facets):
             rows, j = np.tile(which, len(some)), np.repeat(some, len(which))
             hits = along(facets, self.directions[some], receivers(rows, j))
-            code = np.where(hits.facet >= 0, 2 * hits.facet + ~hits.front, MISS)
-            self.code[rows, j] = np.where(hits.facet == CONTACT, DARK, code)
+            self.code[rows, j] = np.where(hits.facet >= 0, 2 * hits.facet + ~hits.front, hits.facet)
             self.at[rows, j], self.cosine[rows, j] = hits.at, hits.cosine
             yield
 
@@ -115,7 +113,7 @@ class Gathered:
                 # white walls a part in 10^8 comes back a million times
                 self.total[part, h] = weight.sum(axis=1, dtype=float)
                 if has_sky:
-                    missed = np.where(traced.code[part, h::HALVES] == MISS, weight, 0.0)
+                    missed = np.where(traced.code[part, h::HALVES] == NOTHING, weight, 0.0)
                     self.skies[h, part] = from_sky(missed, cosine, traced.directions[h::HALVES], scene)
         self.skies /= np.maximum(self.total.T, 1e-300)[:, :, None]
         self.whole = np.maximum(self.total.sum(axis=1, keepdims=True), 1e-300)
@@ -202,5 +200,5 @@ def sky_missed(scene, alone, traced):
     all miss a small bright part of it: alone (n, 3) is what sky_alone tells."""
     cosine = np.abs(traced.cosine)
     share = cosine / cosine.sum(axis=1, keepdims=True)
-    missed = np.where(traced.code == MISS, share, 0.0).sum(axis=1)
+    missed = np.where(traced.code == NOTHING, share, 0.0).sum(axis=1)
     return missed[:, None] * np.abs(alone - from_sky(share, traced.cosine, traced.directions, scene))
