@@ -82,6 +82,10 @@ class PointLight(Light):
         seen = sphere_unoccluded(np.zeros_like(offset), normals, centres, np.ones(len(offset)))
         return np.where(farther < self.radius, 1.0, seen)  # inside the ball there is light all around
 
+    def holds(self, points):
+        """(n,) Whether points (n, 3) m are within the ball."""
+        return (np.linalg.norm(self.position - points, axis=1) < self.radius) & (not self.faces)
+
     def samples(self, count):
         """positions (k, 3) m, normals (k, 3) or None, weights (k,)"""
         if self.radius == 0 or count == 1:

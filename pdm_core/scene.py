@@ -43,6 +43,10 @@ class Light:
         """
         raise NotImplementedError
 
+    def holds(self, points):
+        """(n,) Whether points (n, 3) m are within it, where it shines all around: from there samples look inwards."""
+        return np.zeros(len(points), bool)
+
     def pattern(self, directions):
         """Unit directions (..., 3) in which light leaves it -> (...) relative radiance: 1 where it shines evenly."""
         return np.ones(np.shape(directions)[:-1])

@@ -199,6 +199,9 @@ class Shares:
             return np.maximum(place @ receivers.normals.T, 0.0)
         at = place - self.facets.centre
         value = kernel(at, normal, receivers.points, receivers.normals).T.copy()
+        held = np.flatnonzero(source.holds(receivers.points + self.facets.centre)) if normal is not None else ()
+        if len(held):
+            value[:, held] = kernel(at, -normal, receivers.points[held], receivers.normals[held]).T
         if source.pattern is not None:
             # a little of it everywhere: the whole lamp counts where its beam passes between the points
             value *= np.maximum(source.pattern(unit(receivers.points - at[:, None])), FAINT)

@@ -24,7 +24,7 @@ KEPT_WHOLE = 0.05  # of the square of the error: cells that make no more are not
 def improve(check):
     """Work of a Check's RayState on the largest parts of its error; False where nothing is left to do; yields."""
     state, did = check.state, False
-    excess = excess_of(check.parts, state.target)
+    excess = excess_of(check.parts, state.target, _stuck(check))
     if excess["rays"] > 1 and state.read < MOST_RAYS:
         more = state.read * excess["rays"] ** (1 / POWER)
         more = STEP * np.ceil(np.clip(more, 1.5 * state.read, MOST_MORE[0] * state.read) / STEP)
@@ -42,11 +42,18 @@ def improve(check):
     return did or finer is not None or count is not None
 
 
-def excess_of(parts, target):
+def _stuck(check):
+    """The error of a Check that more directions and finer shadows can lower no more."""
+    state, parts = check.state, check.parts
+    return np.hypot(parts["rays"] * (state.read >= MOST_RAYS), parts["shadows"] * (state.told <= LEAST_TOLD))
+
+
+def excess_of(parts, target, stuck=0.0):
     """parts {name: of the error of a Check} -> {part: how many times larger it is than its share of what the target
     allows}; of cells, which are slow to become finer, than what the others leave once they are no larger than their
-    shares, where that is more."""
-    allowed = REACHED * target / SAFETY
+    shares, where that is more. stuck: of the error, what can be lowered no more; where that is larger than the target
+    allows, that much is allowed: smaller ones would not help."""
+    allowed = max(REACHED * target / SAFETY, stuck)
     shares = {k: share * allowed for k, share in SHARES.items()}
     others = sum(min(v, shares.get(k, allowed)) ** 2 for k, v in parts.items() if k != "sent")
     shares["sent"] = max(shares["sent"], np.sqrt(max(allowed**2 - others, 0.0)))

@@ -28,6 +28,10 @@ class Source:
         """(n,) Whether it gives nothing there, as it lies against the shape or the point is within it."""
         return np.zeros(len(points), bool)
 
+    def holds(self, points):
+        """(n,) Whether points (n, 3) m are within it, where it shines all around."""
+        return np.zeros(len(points), bool)
+
     def tint(self, places):
         """(k, 3) of its colour at sample places (k, 3) m; None where it is the same everywhere."""
         return None
@@ -93,7 +97,7 @@ class Lamp(Source):
         if light.blockers is not None:
             self.blockers = facets.blocking(light)
         self.light, self.number, self.distant = light, number, light.distant
-        self.unoccluded, self.samples = light.unoccluded, light.samples
+        self.unoccluded, self.samples, self.holds = light.unoccluded, light.samples, light.holds
         self.pattern, self.beam = light.pattern, light.beam
         self.shadows = light.shadows and (self.blockers is None or len(self.blockers.shape) > 0)
 
