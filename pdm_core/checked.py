@@ -61,6 +61,16 @@ def colour(value, what):
     return out
 
 
+def told_by(function, places, what):
+    """What a function tells of places or directions (n, 3), finite -> (n, 3)"""
+    out = array(function(places), what)
+    if out.shape != places.shape:
+        raise SceneError(f"{what} must give numbers of shape {places.shape} there, not {out.shape}")
+    if not np.isfinite(out).all():
+        raise SceneError(f"{what} is not finite everywhere; mend its NaN and infinite values, as in pictures")
+    return out
+
+
 def vectors(value, what):
     """(n, 3) finite; one of shape (3,) counts as one row."""
     out = array(value, what)

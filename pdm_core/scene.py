@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .checked import LEAST, MOST, SceneError, colour, number
+from .checked import LEAST, MOST, SceneError, colour, number, told_by
 from .coincident import one_and_the_same
 from .shapes.shape import Shape, box_of, lattice, tolerance_of
 
@@ -105,11 +105,18 @@ class Surface:
 
     def reflectance_at(self, points):
         """(n, 3) at points (n, 3) m of it."""
-        return _value_at(self.reflectance, points, MAX_REFLECTANCE)
+        return self._told("reflectance", points, MAX_REFLECTANCE)
 
     def emission_at(self, points):
         """Radiance (n, 3) at points (n, 3) m of it."""
-        return _value_at(self.emission, points, MOST)
+        return self._told("emission", points, MOST)
+
+    def _told(self, what, points, most):
+        """(n, 3) of a constant (3,), or of a function of points (n, 3) m, within 0 and most."""
+        value = getattr(self, what)
+        if callable(value):
+            return np.clip(told_by(value, points, f"Surface {self.name!r}: {what}"), 0.0, most)
+        return np.broadcast_to(value, (len(points), 3))
 
     def normals(self, points):
         """Unit normals (n, 3) of this side at points (n, 3) of it."""
@@ -121,16 +128,9 @@ def _mean_over(shape, value, at):
     return at(shape.spread(MEAN_POINTS)).mean(axis=0) if callable(value) else value
 
 
-def _mean_over_directions(sky):
-    """(3,) mean radiance of a sky over all directions."""
-    return np.maximum(np.asarray(sky(lattice(MEAN_POINTS)), float), 0.0).mean(axis=0)
-
-
-def _value_at(value, points, most):
-    """A constant (3,), or a function of points, at points (n, 3) -> (n, 3) within 0 and most"""
-    if callable(value):
-        return np.clip(np.asarray(value(points), float).reshape(len(points), 3), 0.0, most)
-    return np.broadcast_to(value, (len(points), 3))
+def _sky(sky, directions):
+    """Radiance (n, 3) of a sky, a function, along directions (n, 3)."""
+    return np.maximum(told_by(sky, directions, "Scene background"), 0.0)
 
 
 def _shapes_of(surfaces, rounding):
@@ -177,7 +177,7 @@ class Scene:
         if not surfaces:
             raise SceneError("The scene has no surfaces; add at least one plane or UV sphere")
         sky = self.background if callable(self.background) else None
-        background = _mean_over_directions(sky) if sky else colour(self.background, "Scene background")
+        background = _sky(sky, lattice(MEAN_POINTS)).mean(axis=0) if sky else colour(self.background, "Scene background")
         rounding = number(self.rounding, "Scene rounding", "a relative one such as 2**-53 or 2**-24", 0, COARSEST)
         shapes, shape_of = _shapes_of(surfaces, rounding)
         for name, value in (
@@ -233,7 +233,7 @@ class Scene:
         """Radiance (n, 3) from outside along unit directions (n, 3) towards it."""
         if self.sky is None:
             return np.broadcast_to(self.background, (len(directions), 3))
-        return np.maximum(np.asarray(self.sky(directions), float).reshape(len(directions), 3), 0.0)
+        return _sky(self.sky, directions)
 
     def of_shapes(self, shapes):
         """(n surfaces,) Whether each is a side of one of the shapes; all are where these are None."""

@@ -130,3 +130,27 @@ def test_what_rounding_leaves_nothing_of_is_refused_by_name():
 def test_the_same_side_twice_is_refused():
     with pytest.raises(SceneError, match="'a'.*'b'|'b'.*'a'"):
         Scene([Surface(FLOOR, name="a"), Surface(FLOOR, name="b")])
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("where", ["reflectance", "emission", "background"])
+def test_what_varies_and_is_not_finite_is_refused_by_name(where, value):
+    """Of a picture with such a pixel all colours were NaN, without a word from the core."""
+
+    def told(places):
+        return np.where(places[:, :1] > 0.3, value, 0.5) * np.ones(3)
+
+    floor, lamp = Plane((0, 0, 0), (1, 0, 0), (0, 1, 0)), Plane((0, 0, 1), (0, 1, 0), (1, 0, 0))
+    of = {where: told} if where != "background" else {}
+    with pytest.raises(SceneError, match=where if where == "background" else f"'floor': {where}"):
+        solve(Scene([Surface(floor, name="floor", **of), Surface(lamp, 0, 1)], told if not of else 0), 0.05)
+
+
+@pytest.mark.parametrize("wrong", [5, None, "grey", np.ones((2, 3)), 1j])
+def test_functions_that_do_not_tell_a_colour_a_place_are_refused(wrong):
+    floor = Plane((0, 0, 0), (1, 0, 0), (0, 1, 0))
+    for given in ({"reflectance": lambda points: wrong}, {"emission": lambda points: wrong}):
+        with pytest.raises(SceneError, match="'floor'"):
+            solve(Scene([Surface(floor, name="floor", **given)], 1), 0.05)
+    with pytest.raises(SceneError, match="background"):
+        Scene([Surface(floor, 0.5)], lambda directions: wrong)
