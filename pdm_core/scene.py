@@ -177,7 +177,8 @@ class Scene:
         if not surfaces:
             raise SceneError("The scene has no surfaces; add at least one plane or UV sphere")
         sky = self.background if callable(self.background) else None
-        background = _sky(sky, lattice(MEAN_POINTS)).mean(axis=0) if sky else colour(self.background, "Scene background")
+        mean = _sky(sky, lattice(MEAN_POINTS)).mean(axis=0) if sky else self.background
+        background = colour(mean, "Scene background")
         rounding = number(self.rounding, "Scene rounding", "a relative one such as 2**-53 or 2**-24", 0, COARSEST)
         shapes, shape_of = _shapes_of(surfaces, rounding)
         for name, value in (
