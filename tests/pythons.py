@@ -16,6 +16,7 @@ BLENDER = {  # each wheel fits one Python
     "blender-4.5": ("3.11", ["bpy==4.5.*", *TESTS]),
     "blender-5.2": ("3.13", ["bpy==5.2.*", *TESTS]),
 }
+FARM = {"farm": ("3.13", ["openjd-cli", "mini-racer", "pytest"])}  # beside the last of these
 
 
 class MissingPython(Exception):

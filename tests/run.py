@@ -16,7 +16,7 @@ import xml.etree.ElementTree as ElementTree
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from pythons import BLENDER, BUILD, CORE, ROOT, MissingPython, find_python, first_blender, venv
+from pythons import BLENDER, BUILD, CORE, FARM, ROOT, MissingPython, find_python, first_blender, venv
 
 WINDOW = {  # scripts, and the screens they need
     "states": "1600x900",
@@ -58,11 +58,14 @@ def test():
         package = build_zip()
     except MissingPython as missing:
         package = None
-        add(totals, {say_missing("the Blender suites", missing): len(BLENDER)})
+        add(totals, {say_missing("the Blender suites", missing): len(BLENDER) + len(FARM)})
     suites = [*CORE, *(BLENDER if package else ())]
     with ThreadPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
         for counts in pool.map(lambda name: run_alone(name, package), suites):
             add(totals, counts)
+    for name in FARM if package else ():  # in the last Blender's environment, which is there by now
+        suites.append(name)
+        add(totals, run_alone(name, package))
     print_failures(suites)
     print("\n{passed} passed, {failed} failed, {skipped} skipped".format(**totals))
     return 1 if totals["failed"] or not totals["passed"] else 0
@@ -71,8 +74,13 @@ def test():
 def run_alone(name, package):
     """One suite, on one thread, as another has the other core; what it says is printed at its end."""
     with fresh_blender(package) as environment, open(BUILD / f"test-{name}.log", "w+", encoding="utf-8") as log:
-        folder = "tests/core" if name in CORE else "tests/blender"
-        counts = run_suite(name, [folder], {**environment, "OPENBLAS_NUM_THREADS": "1"}, log)
+        folder = "tests/core" if name in CORE else "tests/farm" if name in FARM else "tests/blender"
+        environment["OPENBLAS_NUM_THREADS"] = "1"
+        if name in FARM:
+            with contextlib.suppress(MissingPython):  # which it needs too
+                blender = list(BLENDER)[-1]
+                environment["PDM_PYTHON"] = venv(blender, *BLENDER[blender])
+        counts = run_suite(name, [folder], environment, log)
         log.seek(0)
         print(f"\n--- {name}\n{log.read()}", flush=True)
     return counts
@@ -183,7 +191,7 @@ def fresh_blender(package):
 def run_suite(name, paths, environment, log=None):
     """Runs pytest in the suite's own interpreter and process, its output into `log`, if that is given; returns
     {"passed": n, "failed": n, "skipped": n}."""
-    version, packages = {**CORE, **BLENDER}[name]
+    version, packages = {**CORE, **BLENDER, **FARM}[name]
     try:
         python = venv(name, version, packages)
     except MissingPython as missing:
