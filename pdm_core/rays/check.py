@@ -99,9 +99,9 @@ class Check:
         return whole + CORRELATED * dim * even
 
     def _sent(self):
-        """What finer cells would show of the light that is sent on, where others receive it: of either sign, one cell's
-        like another's, so that who sees many gets little of it, and who is near to one all; keeps what each cell and
-        mesh makes of it."""
+        """What finer cells would show of the light that is sent on, where others receive it: of jumps, one cell's of
+        either sign like another's, so that who sees many gets little of it, and who is near to one all; of bends, with
+        their sign. Keeps what each cell and mesh makes of it."""
         state, nodes = self.state, self.state.nodes
         cells, meshes = state.surplus
         own, rho = nodes.surface, nodes.reflectance.max(axis=1)
@@ -116,11 +116,10 @@ class Check:
         seen = seen[(seen @ state.bent**2).argmax()]
         of_meshes = np.bincount(own[len(cells) :], (seen * state.bent**2)[len(cells) :], len(meshes))
         self.surplus = seen[: len(cells), None] * cells**2, of_meshes
-        # from there on as the errors of the nodes' rays go on, three draws of the signs at once
-        signs = np.random.default_rng(len(nodes)).choice([-1, 1], (len(nodes), 3)) / np.sqrt(3)
-        error = np.sqrt(received)[:, None] * signs
-        passed = passed_on(state.rows.times, nodes.reflectance, error, state.amplified)
-        return self._relative(own, nodes.weight, rho**2 * (received + (passed**2).sum(axis=1)))
+        # what bends one way everywhere does not cancel; it goes on as light does
+        signed = state.rows.times(state.bend)
+        signed = np.abs(signed) + passed_on(state.rows.times, nodes.reflectance, signed, state.amplified)
+        return self._relative(own, nodes.weight, rho**2 * (received + (signed**2).sum(axis=1)))
 
     def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,
