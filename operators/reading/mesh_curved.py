@@ -78,6 +78,15 @@ class _Shaded:
         return wanted[some]
 
 
+def folded(groups, unit, sine):
+    """(g,) Whether each of the FlatGroups is of a mesh that lies folded in one plane somewhere, as one scaled to
+    nothing: its parts lie on one another, and are no polygons of their own that touch. unit, sine: see curved."""
+    faces, flat = groups.faces, sine <= CREASE
+    a, b = (corners[flat] for corners in faces.joints)
+    back = dot(unit[faces.polygons[a]], unit[faces.polygons[b]]) * _same_way(faces, a, b) < 0
+    return np.isin(faces.mesh[groups.first], faces.mesh[faces.polygons[a[back]]])
+
+
 def _same_way(faces, a, b):
     """(k,) 1 where corners a and b run along their edge in opposite ways, as neighbours do that look the same way."""
     return np.where((faces.corners[a] < faces.following[a]) != (faces.corners[b] < faces.following[b]), 1.0, -1.0)

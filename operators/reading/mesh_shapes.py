@@ -12,7 +12,7 @@ import numpy as np
 
 from .mesh_balls import spheres_in
 from .mesh_clean import CleanMesh, clean, weld
-from .mesh_curved import curved
+from .mesh_curved import curved, folded
 from .mesh_flat import creases, directions, flat_groups, in_order
 from .mesh_joined import Given, Joined, join
 from .mesh_outlines import PolygonShape, polygons_of
@@ -160,7 +160,8 @@ class _Found:
         unit, noise = directions(faces)
         sine = creases(faces, unit)
         groups = flat_groups(faces, sine, noise, found.bent)
-        pieces = _pieces(groups, found.bent | curved(groups, unit, sine, found.source, rest.normals)[groups.label])
+        meshed = folded(groups, unit, sine) | curved(groups, unit, sine, found.source, rest.normals)
+        pieces = _pieces(groups, found.bent | meshed[groups.label])
         self.source = _Source(found, rest, unit, pieces.number)
         self.shapes = self.shapes + [pieces.shape(k) or self.source.mesh(k) for k in range(pieces.count)]
         polygon = self.whole.mesh.polygons[corners][found.source[faces.starts]]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scenes
 from mathutils import Matrix
+from test_cases import sky
 
 
 @pytest.fixture
@@ -376,3 +377,26 @@ def test_flat_and_smooth_shaded_meshes_are_baked_as_they_are_shaded():
         vertex = np.array([loop.vertex_index for loop in ball.data.loops])
         spread[name] = max(np.ptp(values[vertex == k]) for k in range(len(ball.data.vertices)))
     assert spread["shade_smooth"] < 0.02 * spread["shade_flat"]
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 0), (0, 1, 1), (0.5, 0.5, 1e-9)])
+def test_a_monkey_scaled_to_nothing_hides_nothing_of_a_furnace(scale):
+    """All show 1; the floor under it was down to .95 and the monkey to .3, its emission alone."""
+    bpy.ops.mesh.primitive_monkey_add(location=(0.1, 0.2, 1.2), rotation=(0.3, 0.4, 0.2) if scale[0] < 1 else (0, 0, 0))
+    monkey = bpy.context.object
+    monkey.scale = scale
+    objects = [scenes.grid("Floor", 8, 4.0), monkey]
+    for k, (obj, grey) in enumerate(zip(objects, (0.5, 0.7))):
+        made = scenes.material(f"Grey {k}", (grey,) * 3)
+        nodes, links = made.node_tree.nodes, made.node_tree.links
+        both, emission = nodes.new("ShaderNodeAddShader"), nodes.new("ShaderNodeEmission")
+        emission.inputs["Color"].default_value = (1 - grey, 1 - grey, 1 - grey, 1)
+        links.new(next(n for n in nodes if n.bl_idname == "ShaderNodeBsdfDiffuse").outputs[0], both.inputs[0])
+        links.new(emission.outputs[0], both.inputs[1])
+        links.new(both.outputs[0], nodes["Material Output"].inputs["Surface"])
+        obj.data.materials.append(made)
+    sky()
+    bpy.context.view_layer.update()
+    assert bpy.ops.pdm.bake(target_error=0.02) == {"FINISHED"}
+    for obj in objects:
+        np.testing.assert_allclose(scenes.colours(obj)[:, :3], 1.0, atol=5e-3)

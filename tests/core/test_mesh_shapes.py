@@ -530,6 +530,18 @@ def test_doubled_and_opposite_faces_are_mended():
     np.testing.assert_array_equal(both.corner_back, np.arange(72) >= 36)
 
 
+@pytest.mark.parametrize("tilt", [0.0, 1.1])
+def test_what_is_folded_in_one_plane_is_one_mesh(tilt):
+    """Its parts were polygons that lie against each other, and dark. A flap folded over a wall is as well."""
+    vertices, polygons = cylinder(9, top=0.5)
+    turn = np.array([(1, 0, 0), (0, np.cos(tilt), -np.sin(tilt)), (0, np.sin(tilt), np.cos(tilt))])
+    found = find(((vertices * (1, 1, 0)) @ turn.T, polygons))
+    assert found.counts == (0, 0, 0, 1) and found.label == "mesh of 11 faces"
+    corners = np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0), (1.5, 0.25, 0), (0.5, 0.25, 0)], float)
+    found = find((corners @ turn.T, [(0, 1, 2, 3), (1, 0, 5, 4)]))
+    assert found.label == "mesh of 2 faces" and not found.corner_back.any()
+
+
 def test_faces_without_area_are_left_out():
     vertices = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], float)
     found = find((vertices, [(0, 2, 3, 4), (0, 1, 2)]))
