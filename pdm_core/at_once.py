@@ -12,6 +12,14 @@ def in_turn(count):
     return whose, np.arange(len(whose)) - np.repeat(np.cumsum(count) - count, count)
 
 
+def entries_of(lists, keys):
+    """lists: first (k,) and count (k,) of the entries of each; keys (n,) of some in turn -> positions (m,) among the
+    keys, and their entries (m,)."""
+    first, count = lists
+    which, step = in_turn(count[keys])
+    return which, first[keys][which] + step
+
+
 def later(count):
     """Yields pairs (k,), (k,): each entry of a list with the count (n,) entries that follow it."""
     for some in runs(count):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .at_once import entries_of
 from .closed_forms import cross, dot, transform
 
 
@@ -34,9 +35,7 @@ class Shadows:
         j, n = place.shape[1:]
         near, hidden = np.zeros(n, bool), np.zeros(j * j * n, bool)
         for number, first, shadows in self.kinds:
-            count = number[pair]
-            cell = np.repeat(np.arange(n), count)
-            entry = np.arange(len(cell)) + np.repeat(first[pair] - np.cumsum(count) + count, count)
+            cell, entry = entries_of((first, number), pair)
             keep = np.flatnonzero(shadows.near(entry, middle.take(cell, axis=1), half.take(cell, axis=1)))
             cell, entry = cell[keep], entry[keep]
             near[cell] = True

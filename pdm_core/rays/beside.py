@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..at_once import AT_ONCE, in_turn, runs
+from ..at_once import AT_ONCE, entries_of, runs
 from ..boxes import near
 from ..read_off import runs_of
 from ..shapes.shape import PARALLEL
@@ -76,8 +76,8 @@ class Beside:
     def _neighbours(self, own, some):
         """Points and the flat shapes near their own, not in one plane with it (k,) each, of points some (m,)."""
         some = some[own[some] >= 0]
-        which, place = in_turn(self.count[own[some]])
-        return some[which], self.other[self.first[own[some]][which] + place]
+        which, entry = entries_of((self.first, self.count), own[some])
+        return some[which], self.other[entry]
 
     def _lie_on(self, points, other):
         """Indices (k,) of points (n, 3) m that lie on flat shapes (n,)."""

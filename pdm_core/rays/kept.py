@@ -13,7 +13,7 @@ from .direct import COARSE, READ, Shares
 from .near import NearHits
 from .rows import bundle, directions
 
-FAINT = 1e-3  # of the light: sources that give less may become brighter, yet their shadows need not be finer than that
+LEAST_LIGHT = 1e-3  # of the light: sources that give less may become brighter, yet their shadows need not be finer than that
 
 
 class KeptRays(KeptGroups):
@@ -55,7 +55,7 @@ class KeptRays(KeptGroups):
         """Of the light of source k, as if there were no other: any may become the brightest."""
         lit, weight = (state.factor[:, k] * state.light[k]).max(axis=1), state.nodes.weight
         own = np.sqrt((weight * lit**2).sum() / max(weight.sum(), 1e-300))
-        return state.target * max(own, FAINT * state.level)
+        return state.target * max(own, LEAST_LIGHT * state.level)
 
     def _along(self, state, receivers, j, direction, light, near):
         """Adds what the points see along the j-th direction (3,)."""

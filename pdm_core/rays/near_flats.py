@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..at_once import in_turn, runs
+from ..at_once import entries_of, runs
 from ..boxes import near
 
 ON = 6.0  # tolerances within which a facet's corner lies in a plane: more than the facets have been widened
@@ -23,8 +23,8 @@ def near_flats(facets):
     keep = np.isin(i, facets.flat)
     i, j = i[keep], j[keep]
     for some in runs(number[j]):
-        whose, step = in_turn(number[j[some]])
-        flat, facet = i[some][whose], facets.first[j[some]][whose] + step
+        whose, facet = entries_of((facets.first, number), j[some])
+        flat = i[some][whose]
         over = np.ones(len(flat), bool)
         for axis in range(3):
             over &= each_low[axis].take(facet) <= high[axis].take(flat)

@@ -6,7 +6,7 @@ side where most of it is; what is met on the other side takes the light of the c
 
 import numpy as np
 
-from ..at_once import AT_ONCE, in_turn, parts
+from ..at_once import AT_ONCE, entries_of, in_turn, parts
 from ..shapes.shape import PARALLEL
 from .near_flats import ON
 
@@ -57,8 +57,8 @@ class Lists:
 
     def of(self, keys):
         """keys (n,) -> positions (m,) among them and the values (m,) of each in turn."""
-        which, step = in_turn(self.number[keys])
-        return which, self.values[self.first[keys][which] + step]
+        which, entry = entries_of((self.first, self.number), keys)
+        return which, self.values[entry]
 
 
 class PartedCells:

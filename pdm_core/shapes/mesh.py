@@ -16,7 +16,7 @@ from .mesh_places import MeshPlaces
 from .mesh_receiving import LIFTED, MeshReceiving
 from .plane import Facet
 from .shape import FLATTEST, Shape, unit
-from .triangles import spread_over
+from .triangles import facets_of, spread_over
 
 
 class Mesh(Shape):
@@ -95,9 +95,7 @@ class Mesh(Shape):
     @property
     def facets(self):
         """What rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart (k, 2, 3), see rays.facets."""
-        p, q, r = np.moveaxis(self.corners, 1, 0)
-        chart = np.tile(np.array([[[0.0, 1, 0], [0, 0, 1]]]), (len(p), 1, 1))
-        return p, q - p, r - p, np.ones(len(p), bool), chart
+        return facets_of(self.corners, np.tile(np.array([[[0.0, 1, 0], [0, 0, 1]]]), (len(self.corners), 1, 1)))
 
     @property
     def box(self):

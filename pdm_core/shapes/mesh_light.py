@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..at_once import AT_ONCE, in_turn, runs
+from ..at_once import AT_ONCE, entries_of, runs
 from ..closed_forms import kernel
 from ..contour import polygon_unoccluded
 
@@ -51,9 +51,8 @@ class MeshLight:
                 continue
             count = clusters.count[c]
             for some in runs(count):
-                which, place = in_turn(count[some])
-                who = start + r[some][which]
-                t = clusters.order[clusters.first[c[some]][which] + place]
+                which, entry = entries_of((clusters.first, clusters.count), c[some])
+                who, t = start + r[some][which], clusters.order[entry]
                 ahead = np.flatnonzero(np.einsum("pi,pi->p", points[who] - corners[t, 0], n[t]) > 0)
                 who, t = who[ahead], t[ahead]
                 out += np.bincount(who, polygon_unoccluded(points[who], normals[who], corners[t]), len(points))

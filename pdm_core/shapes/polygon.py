@@ -16,10 +16,9 @@ from .loops import Loops
 from .pieces import rectangles
 from .plane import Facet
 from .shape import INSET, Flat, square_lattice
-from .triangles import into_triangles, spread_over
+from .triangles import facets_of, into_triangles, spread_over
 
-TRIED = 64  # places of a cell on the border, of which those inside are used
-TRIES = 64  # points of the lattice, of those wanted, that are tried before triangles are gone through
+TRIED = 64  # places of a cell on the border, of which those inside are used; points for each that is wanted of all
 
 
 class Polygon(Flat):
@@ -93,10 +92,9 @@ class Polygon(Flat):
     @property
     def facets(self):
         """What rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart (k, 2, 3), see rays.facets."""
-        corners, at = self._loops.few_triangles, self._few_in_chart
+        at = self._few_in_chart
         chart = np.stack([at[:, 0], at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=2)
-        o, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        return o, u, v, np.ones(len(o), bool), chart
+        return facets_of(self._loops.few_triangles, chart)
 
     @cached_property
     def bounds(self):
@@ -176,7 +174,7 @@ class Polygon(Flat):
 
     def spread(self, count):
         """Points (count, 3) m spread evenly over the area."""
-        wanted = int(min(1.2 * count * self._loops.rectangle[2].prod() / self.area + 16, TRIES * count))
+        wanted = int(min(1.2 * count * self._loops.rectangle[2].prod() / self.area + 16, TRIED * count))
         local = square_lattice(wanted)
         local = local[self.contains(local)][:count]
         points = self.world(np.column_stack([local, np.zeros(len(local))]))

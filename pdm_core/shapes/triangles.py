@@ -19,6 +19,12 @@ def barycentric(points, corners):
     return np.stack([1 - s - t, s, t], axis=1)
 
 
+def facets_of(corners, chart):
+    """What rays meet of triangles (k, 3, 3) m, chart (k, 2, 3): see rays.facets."""
+    p, q, r = np.moveaxis(corners, 1, 0)
+    return p, q - p, r - p, np.ones(len(p), bool), chart
+
+
 def inner(bary):
     """Barycentric coordinates (n, 3) moved into their triangles."""
     bary = np.maximum(bary, INNER)
