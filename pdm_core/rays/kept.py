@@ -13,7 +13,7 @@ from .direct import COARSE, READ, Shares
 from .near import NearHits
 from .rows import bundle, directions
 
-LEAST_LIGHT = 1e-3  # of the light: sources that give less may become brighter, yet their shadows need not be finer than that
+LEAST_LIGHT = 1e-3  # of the light: sources that give less may become brighter, but need no finer shadows than that
 
 
 class KeptRays(KeptGroups):
