@@ -10,6 +10,7 @@ from pdm_core.rays.bundles import NOTHING, Receivers, along
 from pdm_core.rays.direct import Shares
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.perspective import seen_from
+from pdm_core.rays.sources import Source
 from pdm_core.signs_of_life import finish
 
 
@@ -91,18 +92,14 @@ def test_what_stands_between_hides(planes, balls, count, others):
     assert not seen[between].any() and between.any() == (planes > 0)
 
 
-class TwoPoints:
+class TwoPoints(Source):
     """A source of two points that look up, either side of a wall."""
 
-    distant = is_surface = is_spot = False
-    shadows, pattern, skip, colour = True, None, -1, np.ones(3)
-    partly, receivers, blockers = 0.0, None, None
+    def __init__(self):
+        super().__init__(np.ones(3), "two points")
 
     def samples(self, count):
         return np.array([[-1.0, 0, 0], [1, 0, 0]]), np.tile([0.0, 0, 1], (2, 1)), np.ones(2)
-
-    def tint(self, places):
-        return None
 
     def unoccluded(self, points, normals):
         return np.ones(len(points))
