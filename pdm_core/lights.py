@@ -83,8 +83,9 @@ class PointLight(Light):
         return np.where(farther < self.radius, 1.0, seen)  # inside the ball there is light all around
 
     def holds(self, points):
-        """(n,) Whether points (n, 3) m are within the ball."""
-        return (np.linalg.norm(self.position - points, axis=1) < self.radius) & (not self.faces)
+        """See Light: those within the ball; a disc stands before its ball's far side, wherever it is seen from."""
+        within = np.linalg.norm(self.position - points, axis=1) < self.radius
+        return np.ones(len(points), bool) if self.faces else within
 
     def samples(self, count):
         """positions (k, 3) m, normals (k, 3) or None, weights (k,)"""
@@ -92,6 +93,19 @@ class PointLight(Light):
             return self.position[None].copy(), None, np.ones(1)
         normals = lattice(2 * count)  # half of them look away from any point
         return self.position + self.radius * normals, normals, np.full(2 * count, 1 / (2 * count))
+
+    def beyond(self, places, points):
+        """See Light: a disc's rays end in its plane."""
+        if self.radius == 0 or not self.faces:
+            return None
+        offset = self.position - points
+        distance = np.maximum(np.linalg.norm(offset, axis=-1), LEAST)
+        ahead = np.einsum("...i,...i->...", places - points, offset) / distance  # along the disc's axis
+        length = np.linalg.norm(places - points, axis=-1)
+        slope2 = np.maximum(length**2 - ahead**2, 0.0) * distance**2
+        within = (ahead > 0) & (slope2 <= (self.radius * ahead) ** 2)
+        part = np.where(within, distance / np.maximum(ahead, LEAST), 1.0)
+        return np.where(within, length * (1 - part), np.nan)
 
 
 class SpotLight(PointLight):
@@ -149,12 +163,12 @@ class SpotLight(PointLight):
         distance = np.linalg.norm(offset, axis=1)
         if self.radius == 0:
             return whole * self.pattern(-unit(offset))
-        half = np.arctan2(self.radius, distance)
+        half, lit = np.arctan2(self.radius, distance), (distance > 0) & (whole > 0)
         if not self.faces:
-            half = np.where(distance > self.radius, np.arcsin(self.radius / np.maximum(distance, self.radius)), 0.0)
-        share = np.ones(len(points))
-        outside = np.flatnonzero((distance > self.radius) & (whole > 0))
-        for part in np.array_split(outside, len(outside) // CACHED + 1):
+            half = np.arcsin(np.minimum(self.radius / np.maximum(distance, LEAST), 1.0))
+            lit &= distance > self.radius  # from within a ball shines evenly, as Cycles has it
+        share, lit = np.ones(len(points)), np.flatnonzero(lit)
+        for part in np.array_split(lit, len(lit) // CACHED + 1):
             share[part] = across_cone(self.pattern, unit(offset[part]), normals[part], half[part])
         return whole * share
 

@@ -197,14 +197,18 @@ class Shares:
         """(k, n) What receivers get of places (k, 3) of a source, with normals (k, 3) or none, were all of it there."""
         if source.distant:
             return np.maximum(place @ receivers.normals.T, 0.0)
-        at = place - self.facets.centre
-        value = kernel(at, normal, receivers.points, receivers.normals).T.copy()
-        held = np.flatnonzero(source.holds(receivers.points + self.facets.centre)) if normal is not None else ()
-        if len(held):
-            value[:, held] = kernel(at, -normal, receivers.points[held], receivers.normals[held]).T
+        at, points = place - self.facets.centre, receivers.points
+        value = kernel(at, normal, points, receivers.normals).T.copy()
+        held, beyond = np.zeros(len(points), bool), source.beyond(place[:, None], points + self.facets.centre)
+        if normal is not None:
+            held = source.holds(points + self.facets.centre)
+            value[:, held] = kernel(at, -normal, points[held], receivers.normals[held]).T
         if source.pattern is not None:
             # a little of it everywhere: the whole lamp counts where its beam passes between the points
-            value *= np.maximum(source.pattern(unit(receivers.points - at[:, None])), FAINT)
+            shaped = np.maximum(source.pattern(unit(points - at[:, None])), FAINT)
+            value *= shaped if beyond is not None else np.where(held, 1.0, shaped)
+        if beyond is not None:
+            value[np.isnan(beyond)] *= FAINT
         return value
 
     def _of_each(self, source, place, normal, receivers, which):
@@ -225,7 +229,8 @@ class Shares:
             parts = zip(place, np.split(who, cuts))
             seen = [along(facets, one[None], receivers.take(some)).facet == NOTHING for one, some in parts]
             return np.concatenate(seen)
-        return seen_from(facets, place - facets.centre, receivers, which, who, source.skip)
+        beyond = source.beyond(place[which], receivers.points[who] + facets.centre)
+        return seen_from(facets, place - facets.centre, receivers, which, who, source.skip, beyond)
 
 
 def _blocks(points, receivers, facets):

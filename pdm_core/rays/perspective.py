@@ -10,11 +10,13 @@ from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
 
 
-def seen_from(facets, points, receivers, point, who, skip=-1):
+def seen_from(facets, points, receivers, point, who, skip=-1, beyond=None):
     """(n,) Whether nothing stands between points (k, 3) m, `point` (n,) of them, and receivers who (n,); skip: a shape
-    that hides nothing. The fewer of the two are at most as many as grid.batches tells."""
+    that hides nothing; beyond (n,) m: how near the points nothing does. The fewer of the two are at most as many as
+    grid.batches tells."""
     out, ends = np.ones(len(who), bool), (points, receivers.points)
-    which, kept = (point, who), (np.full(len(who), facets.tolerance), receivers.start.take(who))
+    clear = np.zeros(len(who)) if beyond is None else np.nan_to_num(beyond)
+    which, kept = (point, who), (clear + facets.tolerance, receivers.start.take(who))
     near = int(len(receivers) < len(points))
     far = 1 - near
     pairs = _Pairs(

@@ -29,12 +29,15 @@ class Source:
         return np.zeros(len(points), bool)
 
     def holds(self, points):
-        """(n,) Whether points (n, 3) m are within it, where it shines all around."""
+        """See Light."""
         return np.zeros(len(points), bool)
 
     def tint(self, places):
         """(k, 3) of its colour at sample places (k, 3) m; None where it is the same everywhere."""
         return None
+
+    def beyond(self, places, points):
+        """See Light."""
 
     def take_light(self, scene, before):
         """Becomes what it is under another scene's light; before: the sources before it, under that light."""
@@ -98,6 +101,7 @@ class Lamp(Source):
             self.blockers = facets.blocking(light)
         self.light, self.number, self.distant = light, number, light.distant
         self.unoccluded, self.samples, self.holds = light.unoccluded, light.samples, light.holds
+        self.beyond = light.beyond
         self.pattern, self.beam = light.pattern, light.beam
         self.shadows = light.shadows and (self.blockers is None or len(self.blockers.shape) > 0)
 
