@@ -166,7 +166,7 @@ class SpotLight(PointLight):
         half, lit = np.arctan2(self.radius, distance), (distance > 0) & (whole > 0)
         if not self.faces:
             half = np.arcsin(np.minimum(self.radius / np.maximum(distance, LEAST), 1.0))
-            lit &= distance > self.radius  # from within a ball shines evenly, as Cycles has it
+            lit &= distance > self.radius  # from within a ball shines evenly
         share, lit = np.ones(len(points)), np.flatnonzero(lit)
         for part in np.array_split(lit, len(lit) // CACHED + 1):
             share[part] = across_cone(self.pattern, unit(offset[part]), normals[part], half[part])

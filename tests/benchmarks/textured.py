@@ -5,7 +5,7 @@
 A room of 5.5 m with two boxes, its floor of checks, its back wall painted with an image, on the right a screen that
 shows an image by its own light: with a lamp, alone, and shining backwards too, at a wall 2 cm behind it; and a room in
 which a spot lights a wall of red and blue stripes alone, so that all light elsewhere is what that wall reflects. The
-numbers are told in lights_shaded.py; `elsewhere` is the L2 over all but the wall.
+numbers are told in lights_shaded.py; `elsewhere` leaves out that wall too.
 """
 
 import sys
@@ -153,8 +153,7 @@ def row(name, make, target, bake):
     found = {"room": name, **found}
     if source:
         keep = np.concatenate([np.full(len(obj.data.vertices), obj.name != source) for obj in objects])
-        beside = shaded.compared(*(a[keep] for a in (*values, shaded.areas(objects))))
-        found |= {"elsewhere": beside["l2"], "noise_elsewhere": beside["noise"]}
+        found |= shaded.elsewhere(objects, values, keep & shaded.free(objects))
     return found
 
 
