@@ -97,7 +97,7 @@ def test_few_points_of_a_round_lamp_are_of_the_side_that_is_seen(faces):
     assert shares(-3.0) == pytest.approx(1.0, rel=1e-6)
     # the lamp's middle is seen over the edge of the wall from here, and the same of it above as is hidden below, which
     # is seen more aslant: the half of a disc, 4 r / (3 pi) up of .8 / 5.66 at 45 degrees, gets (1 + .06) / 2
-    assert shares(2.0).mean() == pytest.approx(0.53, abs=0.05)
+    assert shares(2.0).mean() == pytest.approx(0.53, abs=0.08)  # of 64 points, two for each
 
 
 def test_the_foot_of_a_wall_in_the_shadow_of_a_round_lamp():
