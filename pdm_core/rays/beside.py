@@ -15,11 +15,14 @@ ON = 4.0  # tolerances within which a point lies on another shape
 
 def read_places(facets, surface, points, normals=None, inward=None):
     """Placed points (n, 3) m of surfaces (n,) where colours are read off; normals, inward as Placed's."""
+    return beside(facets).lifted(Placed(facets, surface, beside(facets).moved(surface, points), normals, inward))
+
+
+def beside(facets):
+    """The Beside of facets, made once."""
     if "_beside" not in facets.__dict__:
         facets._beside = Beside(facets)
-    receivers = Placed(facets, surface, facets._beside.moved(surface, points), normals, inward)
-    facets._beside.lifted(receivers, surface)
-    return receivers
+    return facets._beside
 
 
 class Beside:
@@ -36,6 +39,7 @@ class Beside:
         self.low = np.array([c.min(axis=0) for c in corners]).reshape(-1, 3) - reach
         self.high = np.array([c.max(axis=0) for c in corners]).reshape(-1, 3) + reach
         self.origin = np.array([c[0] for c in corners]).reshape(-1, 3)
+        self.two_sided = (facets.surface[facets.first[flat]] >= 0).all(axis=1)
         shown = np.where(facets.surface[facets.first[flat], 0] >= 0, 1.0, -1.0)
         self.normal = np.array([s.normal for s in self.shapes]).reshape(-1, 3) * shown[:, None]
         self.place = np.full(len(scene.shapes), -1)
@@ -93,12 +97,12 @@ class Beside:
             on[rest[mine]] = self.shapes[number].project(x[rest[mine]])
         return some[np.linalg.norm(x - on, axis=1) <= ON * self.tolerance]
 
-    def lifted(self, receivers, surface):
-        """Receivers on meshes, of surfaces (n,), in place: none is lifted through a flat shape that its mesh stands on.
+    def lifted(self, receivers):
+        """Receivers, those on meshes moved: none is lifted through a flat shape that its mesh stands on or against.
 
-        A cup's foot would see what is under the table.
+        A cup's foot would see what is under the table. What looks the way that a one-sided one does lies on it.
         """
-        number = self.scene.shape_of[surface]
+        number = self.scene.shape_of[receivers.surface]
         for k in np.unique(number[self.own[number] < 0]):
             shape = self.scene.shapes[k]
             reach = shape.reach(KEPT * self.tolerance)
@@ -109,6 +113,8 @@ class Beside:
                 side = np.sign((centre - self.origin[j]) @ self.normal[j]) * self.normal[j]
                 height = (points - self.origin[j]) @ side
                 on = (np.abs(height) <= reach) & (height < KEPT * self.tolerance)
+                if not self.two_sided[j]:
+                    on &= receivers.faces[some] @ self.normal[j] < 1 - PARALLEL**2 / 2
                 on &= ((points >= self.low[j] - reach) & (points <= self.high[j] + reach)).all(axis=1)
                 on = np.flatnonzero(on)
                 off = np.linalg.norm(points[on] - self.shapes[j].project(points[on]), axis=1)
@@ -116,3 +122,4 @@ class Beside:
                 points[on] += (KEPT * self.tolerance - height[on])[:, None] * side
             receivers.exact[some] = points
             receivers.points[some] = points - self.centre
+        return receivers

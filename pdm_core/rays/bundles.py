@@ -23,7 +23,8 @@ NOTHING, CONTACT = -1, -2  # instead of a facet
 class Receivers:
     """points, normals (n, 3) m about the facets' centre; own (n,): the shape that is not met, or -1; start (n,) m: the
     distance from which on shapes are met, negative where those in contact are; inside (n,): whether within own ball,
-    whose far side is met all the same; surface (n,): which they lie on, -1 or None in free space."""
+    whose far side is met all the same; surface (n,): which they lie on, -1 or None in free space; faces (n, 3): the
+    normals of what they lie on, 0 or None in free space."""
 
     points: np.ndarray
     normals: np.ndarray
@@ -31,17 +32,20 @@ class Receivers:
     start: np.ndarray
     inside: np.ndarray
     surface: np.ndarray = None
+    faces: np.ndarray = None
 
     def __post_init__(self):
         if self.surface is None:
             self.surface = np.full(len(self), -1)
+        if self.faces is None:
+            self.faces = np.zeros((len(self), 3))
 
     def __len__(self):
         return len(self.points)
 
     def take(self, index):
         """Those of the index."""
-        parts = self.points, self.normals, self.own, self.start, self.inside, self.surface
+        parts = self.points, self.normals, self.own, self.start, self.inside, self.surface, self.faces
         return Receivers(*(a.take(index, axis=0) for a in parts))
 
 
@@ -106,7 +110,8 @@ def along(facets, directions, receivers):
     for axis in range(2):
         at[r, axis] = np.clip(linear(affine[axis], nearest[r], x.take(r), y.take(r)), 0.0, 1.0)
     hits = _described(facets, facet, at, reached, sign[:, None] * ray, cosine, receivers)
-    hits.facet[_in_contact(facets, facet, reached * np.abs(cosine), receivers)] = CONTACT
+    height = reached * np.abs(np.einsum("ni,ni->n", receivers.faces, ray))
+    hits.facet[_in_contact(facets, facet, height, receivers)] = CONTACT
     return hits
 
 
@@ -141,9 +146,11 @@ def _described(facets, facet, at, best, direction, cosine, receivers):
 
 
 def _in_contact(facets, nearest, height, receivers):
-    """(k,) Which receivers on flat shapes meet what lies against these: facets (n,), at heights (n,) m."""
-    some = np.flatnonzero((receivers.start < 0) & (height < TOUCHING * facets.tolerance) & (nearest < facets.count))
-    along_ = np.einsum("ni,ni->n", receivers.normals[some], facets.normal[nearest[some]])
+    """(k,) Which receivers on flat shapes meet what lies against these, or on meshes flat shapes: facets (n,), at
+    heights (n,) m."""
+    some = np.flatnonzero((nearest >= 0) & (height < TOUCHING * facets.tolerance) & (nearest < facets.count))
+    some = some[(receivers.start[some] < 0) | (facets.own[facets.shape[nearest[some]]] >= 0)]
+    along_ = np.einsum("ni,ni->n", receivers.faces[some], facets.normal[nearest[some]])
     return some[1 - along_**2 < PARALLEL**2]
 
 

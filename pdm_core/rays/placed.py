@@ -20,7 +20,7 @@ class Placed(Receivers):
     """
 
     def __init__(self, facets, surface, points, normals=None, middle=None, triangle=None):
-        out, normal = np.array(points, float), np.zeros((len(points), 3))
+        out, normal, faces = np.array(points, float), *np.zeros((2, len(points), 3))
         sides, shape = facets.scene.surfaces, facets.scene.shape_of[surface]
         sign = np.array([side.sign for side in sides])[surface]
         inside = np.array([side.is_inside for side in sides])[surface]
@@ -28,15 +28,15 @@ class Placed(Receivers):
         which = facets.plane_of[shape]
         flat, rest = np.flatnonzero(which >= 0), np.flatnonzero(which < 0)
         out[flat] = facets.planes.inset(which[flat], out[flat], least)
-        normal[flat] = sign[flat, None] * facets.planes.normal[which[flat]]
+        normal[flat] = faces[flat] = sign[flat, None] * facets.planes.normal[which[flat]]
         given = {"normals": normals, "middle": middle, "triangle": triangle}
         for k, some in runs_of(surface[rest]):
             some = rest[some]
             told = {what: a[some] for what, a in given.items() if a is not None}
-            out[some], normal[some] = sides[k].shape.receiving(out[some], sides[k].sign, least, **told)
+            out[some], normal[some], faces[some] = sides[k].shape.receiving(out[some], sides[k].sign, least, **told)
         out += (facets.moved[shape] * sign)[:, None] * normal
         start = np.where((own < 0) | inside, facets.tolerance, -MET * facets.tolerance)
-        super().__init__(out - facets.centre, normal, own, start, inside, surface)
+        super().__init__(out - facets.centre, normal, own, start, inside, surface, faces)
         self.exact = out
 
     def joined(self, other):

@@ -28,8 +28,9 @@ class MeshReceiving:
 
     def at(self, points, sign, least, normals=None, middle=None, triangle=None):
         """points (n, 3) m near it -> where they receive light on the side of the sign, at least so many m off it, and
-        shading normals there (n, 3): those told, its own where they are nan or None. middle (n, 3) m: a point of the
-        face that each belongs to, nan or None for the nearest; triangle (n,): where it is known."""
+        shading normals there (n, 3): those told, its own where they are nan or None; and its faces' (n, 3).
+        middle (n, 3) m: a point of the face that each belongs to, nan or None for the nearest; triangle (n,): where it
+        is known."""
         mesh, toward = self.mesh, points
         if middle is not None:  # clearly on its own face
             known = np.isfinite(middle).all(axis=1)
@@ -49,7 +50,7 @@ class MeshReceiving:
         place = np.einsum("nk,nki->ni", bary, mesh.corners[triangle]) + self._inward(triangle, bary, least)
         lift = np.maximum(LIFTED * np.sqrt(mesh.areas[triangle]), least)
         # off the face, or along the light's own normal where faces meet in a ridge
-        return place + lift[:, None] * (flat + smooth) / 2, smooth
+        return place + lift[:, None] * (flat + smooth) / 2, smooth, flat
 
     def _inward(self, triangle, bary, least):
         """(n, 3) m: how far points, bary (n, 3) on triangles (n,), are moved along them, so as to keep at least so many

@@ -242,7 +242,7 @@ def coarse_part():
             scene = with_ball(Mesh(CENTRE + RADIUS * points, faces, smooth))
             solution, cpu = timed(scene, target)
             tighter, _ = timed(scene, target / TIGHTER)
-            measured, each, _ = difference(scene, solution, tighter)
+            measured, each, _ = difference(scene, solution, tighter, 3000)
             rows.append({
                 "faces": len(faces), "smooth": smooth, "target": target, "stated": solution.error, "cpu_seconds": cpu,
                 "measured": float(measured), "mesh_stated": float(solution.surface_errors[6]),

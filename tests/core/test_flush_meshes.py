@@ -1,0 +1,86 @@
+"""Meshes that stand on flat shapes and against them, by rays: dark where they touch, and no way out there."""
+
+import numpy as np
+import pytest
+from test_contacts import PLACES, Place
+
+from pdm_core import Mesh, Polygon, Scene, Surface
+from pdm_core.rays.solution import ray_steps
+from pdm_core.signs_of_life import finish
+
+SIZE = np.array([4.0, 3.6, 2.5])  # m, of the room
+
+
+def by_rays(scene, target=0.04):
+    return finish(ray_steps(scene, target, None, ""))
+
+
+@pytest.fixture(params=PLACES, ids=list(PLACES))
+def place(request):
+    return Place(*PLACES[request.param])
+
+
+def box(low, high):
+    """(8, 3) m, faces."""
+    low, high = np.array(low, float), np.array(high, float)
+    at = np.array([[k >> 2 & 1, k >> 1 & 1, k & 1] for k in range(8)])
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return np.where(at, high, low), faces
+
+
+def cylinder(centre, radius, low, high, count=24):
+    """With its two caps: (2 count, 3) m, faces."""
+    turn = 2 * np.pi * np.arange(count) / count
+    ring = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]) * radius + [*centre, 0]
+    faces = [[k, (k + 1) % count, count + (k + 1) % count, count + k] for k in range(count)]
+    faces += [list(range(count))[::-1], list(range(count, 2 * count))]
+    return np.concatenate([ring + [0, 0, low], ring + [0, 0, high]]), faces
+
+
+FLUSH = {
+    "box in a corner": box((0, 0, 0), (1.2, 0.5, 0.8)),
+    "cupboard to the ceiling": box((0, 1.2, 0), (0.6, 3.6, 2.5)),
+    "drum": cylinder((2.1, 1.8), 0.5, 0.0, 0.9),
+    "column": cylinder((2.1, 1.8), 0.3, 0.0, 2.5),
+}
+
+
+@pytest.mark.parametrize(
+    "kind, made", [*((kind, "planes") for kind in FLUSH), ("drum", "polygons"), ("drum", "outward")]
+)
+def test_no_light_comes_in_where_a_smooth_mesh_stands(place, kind, made):
+    """Places of its feet lay beyond the floor, in the bright sky, and counted at the rim, whose vertices are of the
+    side as well: up to 13 in the room, under a sky of 100, and the target was never met."""
+    vertices, faces = FLUSH[kind]
+    sides = ("back", "front") if made == "outward" else ("front",)
+    room = place.box((0, 0, 0), SIZE, made != "outward", sides, reflectance=0.6)
+    if made == "polygons":
+        room = [Surface(Polygon(wall.shape.corners), wall.reflectance) for wall in room]
+    scene = Scene([*room, Surface(Mesh(place(vertices), faces), 0.6)], 100.0, rounding=2**-24)
+    solution = by_rays(scene)
+    inside = place(np.random.default_rng(1).uniform(0, SIZE, (300, 3)))
+    mesh = len(room)
+    assert max(solution.radiance(len(sides) * k, inside).max() for k in range(6)) == 0
+    assert max(solution.radiance(mesh, points).max() for points in (inside, place(vertices))) == 0
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_what_lies_against_a_wall_is_dark(place, smooth):
+    """It took a sixth of the light of the wall beside it."""
+    vertices, faces = FLUSH["box in a corner"]
+    lamp = place.box((1.6, 1.6, 2.2), (2.2, 2.2, 2.4), emission=10.0)
+    room = place.box((0, 0, 0), SIZE, inward=True, reflectance=0.6)
+    solution = by_rays(Scene([*room, *lamp, Surface(Mesh(place(vertices), faces, smooth), 0.6)], rounding=2**-24))
+    hidden = place(np.array([[0, 0.3, 0.4], [0.6, 0, 0.4], [0.3, 0.3, 0], [1.0, 0.1, 0]]))
+    shown = place(np.array([[1.2, 0.2, 0.4], [0.6, 0.5, 0.4], [0.6, 0.3, 0.8]]))
+    least = solution.radiance(12, shown).min()
+    assert least > 0.05 and solution.radiance(12, hidden).max() < (0.05 * least if smooth else 1e-9)
+
+
+def test_a_cap_flush_with_a_floor_looks_up(place):
+    """A drum let into a floor: its cap looks the way the floor does, and was black."""
+    vertices, faces = cylinder((0.2, -0.1), 0.6, -0.5, 0.0)
+    floor = place.plane((-3, -3, 0), [6, 0, 0], [0, 6, 0])
+    scene = Scene([Surface(floor, 0.2), Surface(Mesh(place(vertices), faces, False), 0.5)], 0.7, rounding=2**-24)
+    cap = place(np.array([[0.2, -0.1, 0], [0.5, 0.1, 0], [0.0, -0.4, 0]]))
+    assert np.abs(by_rays(scene).radiance(1, cap) / 0.35 - 1).max() < 1e-3  # all of the sky
