@@ -3,7 +3,7 @@
 import time
 
 import bpy
-from hands import area, baked, clear, first_scene, key, panel, pick, press, running, say, settings, shot, until
+from hands import area, baked, clear, first_scene, key, module, panel, pick, press, running, say, settings, shot, until
 
 
 def steps():
@@ -31,10 +31,12 @@ def steps():
     yield from pick("DRAFT")
     yield from press("pdm.bake")
     yield from until(lambda: not running())
-    coarse = settings().report()["vertices"]
+    coarse, light = settings().report()["vertices"], module("operators.baking.again").last
+    solved = light.solution
     yield from press("pdm.subdivide")
     yield from until(lambda: not running() and len(bpy.data.objects["Plane"].data.vertices) > 4)
     shot("06-subdivided")
+    assert solved is not None and light.solution is solved  # read at the new vertices
     fine = len(bpy.data.objects["Plane"].data.vertices)
     key("ctrl+z")
     yield 3.0
