@@ -92,6 +92,22 @@ def test_changes_are_noticed_and_read_in_slices(addon, settings):
     assert not look.watch.is_stale
 
 
+def test_only_a_reading_that_came_to_its_end_tells_what_is_slow(addon, monkeypatch):
+    """One that a change interrupts is begun again, whatever it took: else what was there before stood on for good."""
+    look = addon("operators.look")
+    floor = scenes.lit_ball()[0]
+    look.watch.__init__()
+    monkeypatch.setattr(look, "SLOWEST", -1.0)
+    monkeypatch.setattr(look, "SLICE", 1e-4)
+    assert not look._read(bpy.context)
+    floor.location.z = -1
+    bpy.context.view_layer.update()
+    assert look.watch.is_stale and not look.watch.is_slow
+    while not look._read(bpy.context):
+        pass
+    assert look.watch.is_slow and not look.watch.is_stale
+
+
 MENDED = {
     "SINGLE_USER": "shares its mesh",
     "APPLY": "vertices moved",
