@@ -23,7 +23,7 @@ from .where import nodes_near
 
 ROUNDS = 12  # refinements at most
 LEAST_GAIN, POOR = 0.05, 2  # of the error in a round; rounds in a row that gain less: more would not help
-POWER = 0.7  # of seconds: 30 small scenes of boxes and balls were foretold within a factor of 2 by it
+POWER = 0.6  # of seconds: small scenes of boxes and balls were foretold within a factor of 2 by it
 
 
 class RaySolution(ReadOff):
