@@ -110,8 +110,7 @@ def along(facets, directions, receivers):
     for axis in range(2):
         at[r, axis] = np.clip(linear(affine[axis], nearest[r], x.take(r), y.take(r)), 0.0, 1.0)
     hits = _described(facets, facet, at, reached, sign[:, None] * ray, cosine, receivers)
-    height = reached * np.abs(np.einsum("ni,ni->n", receivers.faces, ray))
-    hits.facet[_in_contact(facets, facet, height, receivers)] = CONTACT
+    hits.facet[_in_contact(facets, facet, reached, ray, receivers)] = CONTACT
     return hits
 
 
@@ -145,10 +144,12 @@ def _described(facets, facet, at, best, direction, cosine, receivers):
     return Hits(facet, at, front, cosine)
 
 
-def _in_contact(facets, nearest, height, receivers):
+def _in_contact(facets, nearest, reached, ray, receivers):
     """(k,) Which receivers on flat shapes meet what lies against these, or on meshes flat shapes: facets (n,), at
-    heights (n,) m."""
-    some = np.flatnonzero((nearest >= 0) & (height < TOUCHING * facets.tolerance) & (nearest < facets.count))
+    distances reached (n,) m along unit directions ray (n, 3)."""
+    some = np.flatnonzero((nearest >= 0) & (nearest < facets.count))
+    height = reached[some] * np.abs(np.einsum("ni,ni->n", receivers.faces[some], ray[some]))
+    some = some[height < TOUCHING * facets.tolerance]
     some = some[(receivers.start[some] < 0) | (facets.own[facets.shape[nearest[some]]] >= 0)]
     along_ = np.einsum("ni,ni->n", receivers.faces[some], facets.normal[nearest[some]])
     return some[1 - along_**2 < PARALLEL**2]
