@@ -107,9 +107,6 @@ class TwoPoints(Source):
     def against(self, points, normals):
         return np.zeros(len(points), bool)
 
-    def holds(self, points):
-        return np.zeros(len(points), bool)
-
 
 def test_receivers_are_not_taken_for_others_where_as_many_rays_as_receivers_are_left():
     """Of two receivers one faces both points, the other neither: two rays, both of the first."""
