@@ -13,7 +13,7 @@ from .near_flats import ON
 BORDER = 1e-4  # of a chart: on its border nothing lies beyond a segment
 DENSE = 4  # points along a segment, for each of the finest cells, that tell which cells it runs through
 ASIDE = 1e-7  # of the chart: to both sides of a segment that runs between cells
-ASKED = 4  # of a cell's places: from which it is tried to reach most of the others
+ASKED = 4  # of the places of a cell that count: from which it is tried to reach most of the others
 
 
 class Standing:
@@ -102,15 +102,22 @@ class PartedCells:
         some = np.flatnonzero(self.touched[which])
         for part in parts(some, AT_ONCE // places.shape[1]):
             cell, segment = self.lists.of(which[part])
-            asked = places[part][:, :: places.shape[1] // ASKED, None]
-            apart = np.zeros((len(part), asked.shape[1], places.shape[1]), bool)
-            found = self.standing.part(segment, asked[cell], places[part][cell][:, None])
+            asked = _spread_over(~hidden[part], ASKED)
+            origin = np.take_along_axis(places[part], asked[..., None], axis=1)[:, :, None]
+            apart = np.zeros((*asked.shape, places.shape[1]), bool)
+            found = self.standing.part(segment, origin[cell], places[part][cell][:, None])
             rows = np.nonzero(found)
             apart[cell[rows[0]], rows[1], rows[2]] = True
             number = (~apart & ~hidden[part][:, None]).sum(axis=2)
-            number[hidden[part][:, :: places.shape[1] // ASKED]] = -1
             out[part] = apart[np.arange(len(part)), number.argmax(axis=1)]
         return out
+
+
+def _spread_over(which, count):
+    """which (k, n) bool -> (k, count): columns of them spread over those that are, over all where none is."""
+    number = np.where(which.any(axis=1), which.sum(axis=1), which.shape[1])
+    order = np.argsort(~which, axis=1, kind="stable")
+    return np.take_along_axis(order, np.arange(count) * number[:, None] // count, axis=1)
 
 
 def _turn(a, b):
