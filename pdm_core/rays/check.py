@@ -17,6 +17,7 @@ SAFETY = 1.7  # of what halves and surpluses tell to what is stated
 CHECKED = 256, 1024  # points where the error is found: at least, and at most, where they are of few rays
 CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
+ONE_WAY = 0.4  # of the error of cells: what bends one way in all that a place sees of them, as daylight on a floor does
 USUAL = 4.0  # nodes whose weight the usual error of a surface has beside its own
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
@@ -99,27 +100,30 @@ class Check:
         return whole + CORRELATED * dim * even
 
     def _sent(self):
-        """What finer cells would show of the light that is sent on, where others receive it: of jumps, one cell's of
-        either sign like another's, so that who sees many gets little of it, and who is near to one all; of bends, with
-        their sign. Keeps what each cell and mesh makes of it."""
+        """What finer cells would show of the light that is sent on, where others receive it: most of it of either sign, so
+        that who sees many cells gets little of it, and who is near to one all; keeps what each cell and mesh makes of
+        it."""
         state, nodes = self.state, self.state.nodes
         cells, meshes = state.surplus
         own, rho = nodes.surface, nodes.reflectance.max(axis=1)
         # what rules the error that is stated: what all of it is of all light, or what each surface's is of its own
         weight = nodes.weight * rho**2
         weights = weight / max(state.norm, 1e-300) ** 2, weight / state.own_square(DIM)[own] / nodes.weight.sum()
-        received, seen = np.zeros(len(nodes)), np.zeros((2, len(nodes)))
+        received, all_one_way, seen = *np.zeros((2, len(nodes))), np.zeros((2, len(nodes)))
         for who, node, share in state.rows.cells_met():
             received += np.bincount(who, (share * state.bent[node]) ** 2, len(nodes))
+            all_one_way += np.bincount(who, share * state.bent[node], len(nodes))
             for k, each in enumerate(weights):
                 seen[k] += np.bincount(node, share**2 * each[who], len(nodes))
         seen = seen[(seen @ state.bent**2).argmax()]
         of_meshes = np.bincount(own[len(cells) :], (seen * state.bent**2)[len(cells) :], len(meshes))
         self.surplus = seen[: len(cells), None] * cells**2, of_meshes
-        # what bends one way everywhere does not cancel; it goes on as light does
-        signed = state.rows.times(state.bend)
-        signed = np.abs(signed) + passed_on(state.rows.times, nodes.reflectance, signed, state.amplified)
-        return self._relative(own, nodes.weight, rho**2 * (received + (signed**2).sum(axis=1)))
+        received += (ONE_WAY * all_one_way) ** 2
+        # from there on as the errors of the nodes' rays go on, three draws of the signs at once
+        signs = np.random.default_rng(len(nodes)).choice([-1, 1], (len(nodes), 3)) / np.sqrt(3)
+        error = np.sqrt(received)[:, None] * signs
+        passed = passed_on(state.rows.times, nodes.reflectance, error, state.amplified)
+        return self._relative(own, nodes.weight, rho**2 * (received + (passed**2).sum(axis=1)))
 
     def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,

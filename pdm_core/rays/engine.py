@@ -170,7 +170,7 @@ class RayState:
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
         left = rho * finish(gmres(scatter, residual, residual.copy(), ROUGHLY))[0] / (1 - ROUGHLY)
         self.left = np.sqrt((weight * (left**2).sum(axis=1)).sum()) / max(self.norm, 1e-300)
-        *self.surplus, self.bend = self.nodes.surplus(self.sent, self.spread * rho.max(axis=1, initial=0.0))
+        self.surplus = self.nodes.surplus(self.sent, self.spread * rho.max(axis=1, initial=0.0))
         # how far what a node sends is off beside it, on meshes in the mean
         area = np.bincount(self.nodes.surface, weight, len(self.scene))
         self.bent = (self.surplus[1] / np.sqrt(np.maximum(area, 1e-300)))[self.nodes.surface]

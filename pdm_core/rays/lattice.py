@@ -105,9 +105,9 @@ class Lattice:
         return chart, (self.corner[own] + (upper + 0.5) / 2 * self.step[own]) / self.size[chart]
 
     def surplus(self, value, within):
-        """value (k, c) of the leaves -> (k, 2): how far values half as wide along each axis may be off, and that in all
-        with its sign (k, c); within (k,): what is told instead of charts that are one leaf wide."""
-        out, signed = np.repeat(within[:, None] / np.sqrt(2), 2, axis=1), np.zeros(value.shape)
+        """value (k, c) of the leaves -> (k, 2): how far values half as wide along each axis may be off; within (k,):
+        what is told instead of charts that are one leaf wide."""
+        out = np.repeat(within[:, None] / np.sqrt(2), 2, axis=1)
         charts = np.flatnonzero(self.number > 0)
         kinds, which = np.unique(np.column_stack([self.size[charts], self.round_[charts]]), axis=0, return_inverse=True)
         of_kind = np.full(len(self.size), -1)
@@ -127,10 +127,8 @@ class Lattice:
                 for axis in range(2):
                     if pooled.shape[1 + axis] > 1:
                         off = _halves_off(np.moveaxis(pooled, 1 + axis, 0), round_ and axis == 0)
-                        off = np.moveaxis(off, 0, 1 + axis)[at]
-                        out[mine, axis] = np.linalg.norm(off, axis=1)
-                        signed[mine] += off
-        return NEXT * out, NEXT * signed
+                        out[mine, axis] = np.linalg.norm(np.moveaxis(off, 0, 1 + axis)[at], axis=1)
+        return NEXT * out
 
     # -- refinement ----------------------------------------------------------------------------------------------
 

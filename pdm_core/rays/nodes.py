@@ -202,14 +202,13 @@ class Nodes:
 
     def surplus(self, value, uneven):
         """Values (n, c) of the nodes, and how uneven (n,) the light within each is -> how far values of cells half as
-        wide along each axis may be off (k cells, 2), those of finer groups of meshes, in L2 (n surfaces,): m times the
-        value's unit; and of the nodes in all, with its sign (n, c), of meshes 0."""
+        wide along each axis may be off (k cells, 2), and those of finer groups of meshes, in L2 (n surfaces,): m times
+        the value's unit."""
         meshes = np.zeros(len(self.number))
         for k in self.meshes.which:
             meshes[k] = NEXT * self.meshes.surplus(k, value[self.first[k] :])
-        cells, signed = len(self.lattice), np.zeros(value.shape)
-        each, signed[:cells] = self.lattice.surplus(value[:cells], uneven[:cells])
-        return each, meshes, signed
+        cells = len(self.lattice)
+        return self.lattice.surplus(value[:cells], uneven[:cells]), meshes
 
     def refined(self, cells, meshes):
         """cells (k, 2) bool: which are halved along which axis; meshes (n surfaces,) bool: which are merged less ->
