@@ -100,9 +100,9 @@ class Check:
         return whole + CORRELATED * dim * even
 
     def _sent(self):
-        """What finer cells would show of the light that is sent on, where others receive it: most of it of either sign, so
-        that who sees many cells gets little of it, and who is near to one all; keeps what each cell and mesh makes of
-        it."""
+        """What finer cells would show of the light that is sent on, where others receive it: most of it of either sign,
+        so that who sees many cells gets little of it, and who is near to one all; keeps what each cell and mesh makes
+        of it."""
         state, nodes = self.state, self.state.nodes
         cells, meshes = state.surplus
         own, rho = nodes.surface, nodes.reflectance.max(axis=1)
