@@ -12,7 +12,7 @@ from .light_at_hand import light_steps
 from .subdivide_meshes import problem_of, too_coarse
 
 MOST_TIMES = 256  # parts of an edge at once
-SPARE = 1.03  # times the error is taken for larger: what so many places looked at leave of chance
+SPARE = 1.07  # times the error is taken for larger: what so many places looked at leave of chance
 SAMPLES = 16_000  # of them; by 4,000 the errors of one N were from .94 to 1.06 % of Cornell's light
 LOOKS = 10  # rounds of looking at numbers of parts of each mesh, at most; four or five mostly
 BELOW = 1, 2, 3  # of what is enough by all that was looked at: as many parts less are looked at too

@@ -7,6 +7,7 @@ import numpy as np
 from .rims import ways_in
 from .triangles import INNER, barycentric, inner
 
+OPPOSITE = -0.5  # cosine of a face to the normal told below which that is another face's
 LIFTED = 1e-4  # of a triangle's size: what points that give or receive light are lifted off it
 
 
@@ -44,6 +45,8 @@ class MeshReceiving:
         if normals is not None:
             given = np.isfinite(normals).all(axis=1) & (np.abs(np.nan_to_num(normals)).max(axis=1) > 0)
             smooth = np.where(given[:, None], np.nan_to_num(normals), smooth)
+            # of two faces back to back, however they are cut, the nearest may be the other one
+            flat[given & (np.einsum("ni,ni->n", flat, smooth) < OPPOSITE)] *= -1
         length = np.linalg.norm(smooth, axis=1, keepdims=True)
         smooth = np.where(length > 1e-12, smooth / np.maximum(length, 1e-300), flat)
         bary = inner(bary)

@@ -9,7 +9,7 @@ import pytest
 from test_mesh import CUBE, CUBE_FACES, ball
 from test_rays_cases import by_rays
 
-from pdm_core import Mesh, Scene, Surface, solve
+from pdm_core import Mesh, Scene, SunLight, Surface, solve
 
 PAPER = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 
@@ -46,3 +46,14 @@ def test_a_lamp_of_no_thickness_shines_both_ways_once(place, lamp):
     for k in range(2):
         points = walls[k].shape.spread(100)
         assert np.abs(found.radiance(k, points) / right.radiance(k, points) - 1).mean() < 0.015
+
+
+@pytest.mark.parametrize("back", [[(3, 2, 1, 0)], [(3, 1, 0), (3, 2, 1)], [(2, 1, 0), (0, 3, 2)]])
+def test_each_of_two_faces_back_to_back_receives_on_its_own_side(back):
+    """Faces that share their corners, cut alike or not: which is nearest to a corner is told by the normal alone."""
+    sheet = Mesh([(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], [*back, (0, 1, 2), (0, 2, 3)])
+    sun = SunLight((0, 0, -1), np.pi)
+    solution = by_rays(Scene([Surface(sheet, 0.5)], lights=(sun,)))
+    corners, middle = np.array(sheet.vertices), np.tile([0.5, 0.5, 1.0], (4, 1))
+    up, down = (solution.radiance(0, corners, np.tile([0.0, 0, way], (4, 1)), middle) for way in (1, -1))
+    assert up == pytest.approx(0.5, rel=1e-6) and (down == 0).all()
