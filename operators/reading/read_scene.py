@@ -20,7 +20,7 @@ from .mesh_topology import NotRecognised
 from .read_lights import read_lights
 from .read_mesh import recognise_all
 from .read_objects import gather_steps
-from .read_surfaces import pieces_of
+from .read_surfaces import pieces_of, turning_normals
 from .read_world import world_steps
 from .render_visible import evaluated, render_visible
 from .undisturbed import undisturbed
@@ -242,17 +242,10 @@ def _read_object(mesh, indices, is_wanted):
         read.triangle_surface = side[baked.triangle_shape, baked.triangle_back.astype(int)]
         if baked.normals is not None:
             is_mesh = np.array([isinstance(shape, MeshShape) for shape in mesh.shapes.shapes])
-            normals = unit(baked.normals @ _of_normals(linear).T)
+            normals = unit(baked.normals @ turning_normals(linear).T)
             read.corner_normals = np.where(is_mesh[baked.corner_shape, None], normals, 0.0)  # what is exact has its own
             read.middles = baked.middles @ linear.T + mesh.raw.matrix[:3, 3]
     return read
-
-
-def _of_normals(linear):
-    """(3, 3) What turns the normals of a mesh that a linear map takes to the world: its cofactors, which tell those of
-    what it presses flat too."""
-    turned = np.cross(np.roll(linear, -1, axis=0), np.roll(linear, -2, axis=0))
-    return -turned if np.linalg.det(linear) < 0 else turned
 
 
 def _lamps(visible, depsgraph, reading):

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...pdm_core import Mesh, Plane, Polygon, Sphere, Surface
 from ...pdm_core.coincident import one_and_the_same
+from ...pdm_core.shapes.shape import unit
 from .materials import BACK, FRONT, Appearance
 from .mesh_outlines import PolygonShape
 from .mesh_planes import PlaneShape
@@ -72,9 +73,15 @@ def _polygon(matrix, step, shape):
 
 def _mesh(matrix, step, shape):
     linear, origin = matrix[:3, :3], matrix[:3, 3]
-    to_world = np.linalg.inv(linear) if np.linalg.det(linear) else np.eye(3)
-    normals = shape.normals[:, ::step].reshape(-1, 3) @ to_world
+    normals = unit(shape.normals[:, ::step].reshape(-1, 3) @ turning_normals(linear).T)
     return Mesh(shape.vertices @ linear.T + origin, shape.triangles[:, ::step], normals)
+
+
+def turning_normals(linear):
+    """(3, 3) What turns the normals of a mesh that a linear map takes to the world: its cofactors, which tell those of
+    what it presses flat too."""
+    turned = np.cross(np.roll(linear, -1, axis=0), np.roll(linear, -2, axis=0))
+    return -turned if np.linalg.det(linear) < 0 else turned
 
 
 def _sphere(matrix, step, shape):
