@@ -13,6 +13,7 @@ from ..tolerances import FAINT, TINY
 from .bundles import NOTHING, along
 from .grid import batches
 from .perspective import seen_from
+from .tally import Tally
 from .tinted import colours_of
 
 COARSE = 0.02  # target from which on few points of a source will do
@@ -148,50 +149,17 @@ class Shares:
         which all points agree (n,), and how many these count for (n,)."""
         place, normal, weight = source.samples(count)
         tint = source.tint(place)
-        n = len(receivers)
-        seen, given, half, total_half = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((2, n)), np.zeros((2, n))
-        square = np.zeros(n)
-        for some, mine in _blocks(len(place), n, self.facets):
+        tally = Tally(source, receivers.points + self.facets.centre, len(place))
+        for some, mine in _blocks(len(place), len(receivers), self.facets):
             part = receivers.take(mine)
             value = self._values(source, place[some], None if normal is None else normal[some], part)
             value *= weight[some, None]
             point, who = np.nonzero(value)
-            got = np.zeros_like(value)
-            got[point, who] = value[point, who] * self._visible(source, place[some], part, point, who)
+            visible = self._visible(source, place[some], part, point, who)
             self.counts["shadow rays"] += len(who)
-            for light, sums in ((got, seen), (value, given)):
-                sums[mine] += light.sum(axis=0)[:, None] if tint is None else light.T @ tint[some]
-            square[mine] += (value**2).sum(axis=0)
-            for h in range(2):
-                half[h, mine] += got[some % 2 == h].sum(axis=0)
-                total_half[h, mine] += value[some % 2 == h].sum(axis=0)
+            tally.add(place, some, mine, value, (point, who, visible), tint)
             yield
-        plain, total = half.sum(axis=0), total_half.sum(axis=0)
-        nothing = total <= 0
-        safe = np.where(nothing, 1.0, total)
-        share = np.where(given > 0, seen / np.maximum(given, 1e-300), np.where(nothing, 1.0, plain / safe)[:, None])
-        share[nothing] = 1.0  # but no more is known than that some of it is ahead
-        each = half / np.where(total_half > 0, total_half, 1.0)
-        plain = np.where(nothing, 0.0, plain / safe)
-        number = np.where(nothing, 1.0, total**2 / np.maximum(square, 1e-300))
-        off = np.where((total_half > 0).all(axis=0), np.abs(each - plain).mean(axis=0), of_few(plain, number))
-        hides = plain < 1 - 1e-9
-        agree = ~hides | (plain <= 0)
-        off[agree] = unseen(number[agree], source.partly)
-        between = 1.0 * nothing
-        if source.is_surface:
-            lacking = np.where(hides, np.maximum(1 - total / (np.pi * whole), 0.0), 0.0)
-            between = np.maximum(between, self._between(source, receivers, lacking, len(place)))
-        return share, off, between, agree, number
-
-    def _between(self, source, receivers, lacking, count):
-        """(n,) The part of a surface's light that `count` points do not stand for, lacking (n,), where it is near: it
-        shines between them, and all of that may be seen where they are not."""
-        out, some = np.zeros(len(receivers)), np.flatnonzero(lacking > 0)
-        far = source.distances(receivers.points[some] + self.facets.centre)
-        some = some[far < np.sqrt(source.shape.area / count)]
-        out[some] = lacking[some]
-        return out
+        return tally.shares(whole, source.partly)
 
     def _values(self, source, place, normal, receivers):
         """(k, n) What receivers get of places (k, 3) of a source, with normals (k, 3) or none, were all of it there."""
@@ -240,19 +208,6 @@ def _blocks(points, receivers, facets):
     if receivers < points:
         return ((all_points, some) for some in batches(receivers, points, facets))
     return ((some, all_receivers) for some in batches(points, receivers, facets))
-
-
-def of_few(share, number):
-    """How far shares may be off that so many points tell, if all of them are as likely."""
-    share = (number * share + 1) / (number + 2)
-    return np.sqrt(share * (1 - share) / (number + 3))
-
-
-def unseen(number, partly):
-    """How far shares may be off of which so many points all tell 0 or 1, where the part `partly` of receivers see any
-    other, each as likely: an edge hides half of what one of them stands for before the first is hidden."""
-    missed = partly / number
-    return np.sqrt(missed / np.maximum(1 - partly + missed, 1e-300) / 12) / number
 
 
 def _lit(whole):

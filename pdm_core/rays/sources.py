@@ -74,6 +74,10 @@ class Emitter(Source):
         """(n,) m of points (n, 3) m from it."""
         return np.linalg.norm(points - self.shape.project(points), axis=1)
 
+    def spacing(self, count):
+        """m between neighbours of so many points of it."""
+        return np.sqrt(self.shape.area / count)
+
     def samples(self, count):
         """Places (k, 3) m on it, normals (k, 3), weights (k,) m^2."""
         points = self.shape.samples(count)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from pdm_core import Mesh, Plane, Scene, Sphere, Surface
-from pdm_core.rays.direct import Shares, unseen
+from pdm_core.rays.direct import Shares
+from pdm_core.rays.tally import unseen
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.placed import Placed
 from pdm_core.rays.solution import ray_steps
