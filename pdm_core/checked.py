@@ -89,6 +89,19 @@ def index(value, count, what):
     return int(value)
 
 
+def indices(value, count, length, what):
+    """(length,) indices from 0 to count - 1: one for all, or as many."""
+    if not isinstance(value, list | tuple) and getattr(value, "ndim", 0) != 1:
+        return np.full(length, index(value, count, what))
+    given = array(value, what)
+    whole = np.asarray(value).dtype.kind in "iu" or not given.size
+    if given.shape != (length,) or not whole or not ((given >= 0) & (given < count)).all():
+        raise SceneError(
+            f"{what} is no list of {length} indices from 0 to {count - 1}; give one for all or one a point"
+        )
+    return given.astype(int)
+
+
 def some_of(names, count=None):
     """The first NAMED of names, and how many more there are, of so many, if not of these."""
     more = (len(names) if count is None else count) - NAMED

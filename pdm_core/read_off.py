@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .checked import SceneError, index, of_kind, vectors
+from .checked import SceneError, indices, of_kind, vectors
 from .foretell import seconds_to
 from .scene import Scene
 from .shapes.shape import unit
@@ -22,15 +22,16 @@ class ReadOff:
     anew = None  # of a solution by `solve`: the function of another Scene that solves it to the same target
 
     def incident(self, surface_index, points, normals=None, inward=None):
-        """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side.
+        """points (n, 3) m, projected onto the surface -> irradiance / pi (n, 3) on its own side; surface_index: of one
+        surface for all, or (n,): many surfaces' points at once are read faster.
 
         On a mesh: normals (n, 3) of that side, to shade by; inward (n, 3) m, a point of the face that each belongs to.
         """
-        return finish(self.incident_steps(*self._of_one(surface_index, points), normals, inward))
+        return finish(self.incident_steps(*self._of(surface_index, points), normals, inward))
 
     def radiance(self, surface_index, points, normals=None, inward=None):
         """As incident -> outgoing radiance (n, 3)"""
-        return finish(self.radiance_steps(*self._of_one(surface_index, points), normals, inward))
+        return finish(self.radiance_steps(*self._of(surface_index, points), normals, inward))
 
     def relight(self, scene):
         """The same shapes, sides and lights with other reflectance, emission, lights' colours or background -> solution
@@ -52,7 +53,7 @@ class ReadOff:
     def estimated_error(self, surface_index, points):
         """points (n, 3) m, projected onto the surface -> (n,) estimated error of the radiance there, in its unit, as
         the length of the three channels': where it is likely to be large, not a bound at each point."""
-        return finish(self.estimated_error_steps(*self._of_one(surface_index, points)))
+        return finish(self.estimated_error_steps(*self._of(surface_index, points)))
 
     def kept(self, surface, points, normals=None, inward=None):
         """Kept of points (n, 3) m of surfaces (n,): their light under any other, as long as no shape changes."""
@@ -67,9 +68,9 @@ class ReadOff:
         norm = self.surface_norms[surfaces]
         return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
 
-    def _of_one(self, surface_index, points):
+    def _of(self, surface_index, points):
         points = vectors(points, "points")
-        return np.full(len(points), index(surface_index, len(self.scene), "surface_index")), points
+        return indices(surface_index, len(self.scene), len(points), "surface_index"), points
 
 
 def oriented(points, normals):

@@ -67,6 +67,19 @@ def test_a_surface_that_is_not_there_is_refused(which):
         SOLUTION.radiance(which, (0, 0, 0))
 
 
+@pytest.mark.parametrize("which", [[0], [0, 1, 0], [0, 2], [0, -1], [0.0, 1.0], [True, False], ["0", "1"], [None, 0]])
+def test_surfaces_that_are_not_those_of_two_points_are_refused(which):
+    with pytest.raises(SceneError, match="surface_index"):
+        SOLUTION.radiance(which, np.zeros((2, 3)))
+
+
+def test_points_of_several_surfaces_are_read_at_once():
+    points = np.array([[0.2, 0.3, 0], [0.4, 0.1, 1], [0.7, 0.7, 0]])
+    at_once = SOLUTION.radiance([0, 1, 0], points)
+    np.testing.assert_array_equal(at_once[[0, 2]], SOLUTION.radiance(0, points[[0, 2]]))
+    np.testing.assert_array_equal(at_once[1:2], SOLUTION.radiance(1, points[1:2]))
+
+
 @pytest.mark.parametrize("points", [np.zeros((2, 2)), np.zeros((3, 2)), np.zeros((2, 3, 1)), [[0, 0, np.nan]]])
 def test_points_of_another_shape_are_refused(points):
     with pytest.raises(SceneError, match="points"):

@@ -9,11 +9,11 @@ import pytest
 
 from pdm_core import Mesh, Plane, Scene, Sphere, Surface
 from pdm_core.rays.direct import Shares
-from pdm_core.rays.tally import unseen
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.placed import Placed
 from pdm_core.rays.solution import ray_steps
 from pdm_core.rays.sources import met_by_rays, sources_of
+from pdm_core.rays.tally import unseen
 from pdm_core.signs_of_life import finish
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stability"))

@@ -62,9 +62,7 @@ def furnace_error(given, scene, solution, rng, count):
     each other."""
     surface, points, normals, weight = places(scene, count, rng)
     rho = scene.reflectance[surface]
-    mine = np.empty_like(points)
-    for s in np.unique(surface):
-        mine[surface == s] = rho[surface == s] * solution.incident(s, points[surface == s])
+    mine = rho * solution.incident(surface, points)
     weight = np.where(covered(given, points, normals), 0.0, weight)
     return np.sqrt((weight[:, None] * (mine - rho) ** 2).sum() / (weight[:, None] * rho**2).sum())
 
