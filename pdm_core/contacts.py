@@ -126,11 +126,9 @@ class Contacts:
                 reaches[k] = cross | outside
         return surface[reaches], shape[reaches]
 
-    @property
+    @cached_property
     def planes(self):
-        if "_flat" not in self.__dict__:
-            object.__setattr__(self, "_flat", _Planes(self.scene))
-        return self._flat
+        return _Planes(self.scene)
 
 
 class _Planes:

@@ -73,8 +73,7 @@ def loops_unoccluded(points, normals, loops):
     ends = np.cumsum([0, *map(len, loops)])
     following = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in zip(ends[:-1], ends[1:])])
     out = np.empty(len(points))
-    step = max(1, CACHED // len(following))
-    for part in slices(len(points), step):
+    for part in slices(len(points), CACHED // len(following)):
         x, n = (np.ascontiguousarray(a[part].T)[:, None] for a in (points, normals))
         out[part] = _contour(n, corners - x, following)
     return out

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .aligned import aligned_rectangles
-from .at_once import AT_ONCE
+from .at_once import AT_ONCE, parts, slices
 from .checked import NAMED, SceneError, array, index, number, of_kind, some_of
 from .contacts import contacts_of, settle
 from .exchange import polygon_exchange
@@ -236,16 +236,14 @@ def _cells(seen, row, corner, size, targets, hidden):
     surface = seen.scene.surfaces[row]
     nodes, weights = gauss_square(POINTS)
     out = np.empty((len(corner), len(targets)))
-    step = max(1, AT_ONCE // (len(nodes) * len(targets)))
-    for start in range(0, len(corner), step):
-        part = corner[start : start + step]
-        st = (part[:, None] + size * nodes).reshape(-1, 2)
+    for part in slices(len(corner), AT_ONCE // (len(nodes) * len(targets))):
+        st = (corner[part, None] + size * nodes).reshape(-1, 2)
         points, area = parametric(surface, st)
         weight = np.linalg.norm(area, axis=1)
         normals = area / weight[:, None]
         value = _values(seen, row, points, normals, targets, hidden)
-        weight = weight.reshape(len(part), -1) * weights * size.prod()
-        out[start : start + step] = np.einsum("cq,cqt->ct", weight, value.reshape(len(part), len(nodes), -1))
+        weight = weight.reshape(-1, len(nodes)) * weights * size.prod()
+        out[part] = np.einsum("cq,cqt->ct", weight, value.reshape(*weight.shape, -1))
     return out / surface.shape.area
 
 
@@ -254,8 +252,7 @@ def _values(seen, row, points, normals, targets, hidden):
     (t, k); row -1: whatever lies against it."""
     m, t = len(points), len(targets)
     own, value = np.full(m, row), np.empty((m, t))
-    for start in range(0, m, step := max(1, AT_ONCE // max(t, 1))):
-        part = np.arange(start, min(start + step, m))
+    for part in parts(np.arange(m), AT_ONCE // max(t, 1)):
         r, k = np.repeat(part, t), np.tile(np.arange(t), len(part))
         value[part] = seen.pairs(points[r], normals[r], own[r], targets[k], hidden[k]).reshape(len(part), t)
     value[contacts_of(seen.scene).covered(points, own)] = 0.0

@@ -5,11 +5,11 @@ By rays along fixed directions, the same for all points: free of noise to the ey
 
 import numpy as np
 
-from .rays.bundles import CONTACT
+from .rays.bundles import CONTACT, along
 from .rays.facets import Facets
 from .rays.near import places_of
 from .rays.placed import Placed
-from .rays.rows import Traced, directions
+from .rays.rows import directions
 
 DIRECTIONS = 256  # of the half sphere, each with its opposite: shares are off by about .01
 
@@ -19,28 +19,21 @@ def openness_steps(scene, surface, points, distances, normals=None, inward=None)
     sky; normals and inward as Solution.incident has them. Generator of the fraction done."""
     facets = Facets(scene)
     receivers = Placed(facets, surface, points, normals, inward)
-    every, n = np.arange(len(receivers)), len(receivers)
-    out, total = np.zeros((n, len(distances))), np.zeros(n)
-    traced = Traced(n, directions(1))
+    out, total = np.zeros((len(receivers), len(distances))), np.zeros(len(receivers))
     for j, direction in enumerate(directions(DIRECTIONS)):
-        traced.directions = direction[None]
-        yield from _told(traced.trace(facets, lambda rows, _: receivers.take(rows), every), j / DIRECTIONS)
-        depth, weight = _depth(facets, traced, receivers), np.abs(traced.cosine[:, 0])
+        hits = along(facets, direction[None], receivers)
+        depth, weight = _depth(facets, hits, receivers), np.abs(hits.cosine)
         out += weight[:, None] * (depth[:, None] >= np.asarray(distances, float))
         total += weight
+        yield j / DIRECTIONS
     return out / np.maximum(total, 1e-300)[:, None]
 
 
-def _told(steps, done):
-    for _ in steps:
-        yield done
-
-
-def _depth(facets, traced, receivers):
-    """(n,) m from the receivers to what they meet along the one direction traced, inf where nothing."""
-    code, at = traced.code[:, 0], traced.at[:, 0]
-    place = np.full((len(code), 3), np.inf)
-    place[code == CONTACT] = receivers.points[code == CONTACT]  # it lies against them
-    hit = np.flatnonzero(code >= 0)
-    place[hit] = places_of(facets, code[hit] >> 1, at[hit])
+def _depth(facets, hits, receivers):
+    """(n,) m from the receivers to what they meet, inf where nothing."""
+    place = np.full((len(receivers), 3), np.inf)
+    against = hits.facet == CONTACT
+    place[against] = receivers.points[against]
+    hit = np.flatnonzero(hits.facet >= 0)
+    place[hit] = places_of(facets, hits.facet[hit], hits.at[hit])
     return np.linalg.norm(place - receivers.points, axis=1)

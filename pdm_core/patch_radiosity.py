@@ -7,7 +7,7 @@ from collections import Counter
 
 import numpy as np
 
-from .at_once import AT_ONCE
+from .at_once import AT_ONCE, slices
 from .checked import SceneError, index, number, of_kind, vectors
 from .closed_forms import divide
 from .published import patch_samples, published_kernel
@@ -120,9 +120,8 @@ def _factors(scene, divisions, points):
     pieces = [(part, k) for k, s in enumerate(scene.shapes) for part in s.pieces]
     table, counts = ShapeTable([part for part, _ in pieces]), Counter()
     factors = np.empty((count, count))
-    step = max(1, AT_ONCE // (each * len(x)))
-    for first in range(0, count, step):
-        rows = slice(first * each, min(first + step, count) * each)
+    for some in slices(count, AT_ONCE // (each * len(x))):
+        rows = slice(some.start * each, min(some.stop, count) * each)
         i, j, d, value = published_kernel(x[rows], normal[rows], x, normal)
         at = i + rows.start
         for piece, (_, k) in enumerate(pieces):
@@ -132,7 +131,7 @@ def _factors(scene, divisions, points):
             value[others[hit]] = 0.0
             counts["sampled"] += len(others)
         flat = (i // each) * count + j // each
-        block = np.bincount(flat, value, len(range(*rows.indices(len(x)))) // each * count).reshape(-1, count)
-        factors[first : first + len(block)] = divide(block, np.pi * area[first : first + len(block), None])
-        yield first / count
+        block = np.bincount(flat, value, len(area[some]) * count).reshape(-1, count)
+        factors[some] = divide(block, np.pi * area[some, None])
+        yield some.start / count
     return factors, area > 0, counts

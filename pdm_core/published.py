@@ -60,8 +60,7 @@ def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occl
     occluders = [part for shape in occluders for part in shape.pieces]
     table = ShapeTable(tuple(occluders)) if occluders else None
     total = 0.0
-    step = max(1, AT_ONCE // len(pb))
-    for part in slices(len(pa), step):
+    for part in slices(len(pa), AT_ONCE // len(pb)):
         i, _, d, value = published_kernel(pa[part], na[part], pb, nb)
         x = pa[part][i].T
         for k in range(len(occluders)):

@@ -110,8 +110,7 @@ class Shafts:
         if not self.obstacle.any() and (a >= 0).all():
             return np.zeros((len(a), 0), int)
         lists = [np.zeros((0, 0), int)]
-        step = max(1, AT_ONCE // len(self.radius))
-        for part in slices(len(a), step):
+        for part in slices(len(a), AT_ONCE // len(self.radius)):
             keep = self.may_hide(a[part], b[part], around and [value[part] for value in around])
             lists.append(padded(len(keep), *np.nonzero(keep)))
         return _stacked(lists)
@@ -137,8 +136,7 @@ class Shafts:
     def in_view(self, points, normals, corners, occluders):
         """Of candidates (n, k) those that points (n, 3) with normals (n, 3) may see before polygons (n, 4, 3)."""
         lists = [np.zeros((0, 0), int)]
-        step = max(1, AT_ONCE // max(occluders.shape[1], 1))
-        for part in slices(len(points), step):
+        for part in slices(len(points), AT_ONCE // max(occluders.shape[1], 1)):
             x, n = np.ascontiguousarray(points[part].T), np.ascontiguousarray(normals[part].T)
             around = np.ascontiguousarray(np.transpose(corners[part], (2, 1, 0))) - x[:, None]
             pair, slot = np.nonzero(occluders[part] >= 0)

@@ -6,10 +6,9 @@ import numpy as np
 
 from ..checked import SceneError, some_of
 from ..contacts import contacts_of
-from ..deadline import above_target, is_over
+from ..deadline import ROUNDS, above_target, worked_on
 from ..each_surface import OWN
 from ..numerics import SOLVED
-from ..signs_of_life import in_thread, mapped
 from .check import Check
 from .light import SolvedLight
 from .refinement import Refinement
@@ -18,7 +17,6 @@ from .transport import Transport
 
 COARSEST = 0.16  # relative error aimed at by the first round
 STEP = 4.0  # each further round aims at most this much lower
-MAX_ROUNDS = 12  # refinements towards one target
 SAMPLES = 128  # points where the residual is measured each round; half of them on the way to the target
 FULL = "the field is as fine as the memory allows"
 SMALLER = "leave small objects out of the scene (hide them from renders) or join flat ones into larger planes"
@@ -52,10 +50,10 @@ class Approach:
     def _towards(self, target):
         """Rounds until this target is met, or nothing helps any more; yields."""
         check, last = self.check, target == self.target
-        for turn in range(MAX_ROUNDS):
+        for turn in range(ROUNDS):
             if self.best and not self.transport.rows.blocks:
                 self.best.let_go()
-            yield from self._round(target, turn == MAX_ROUNDS - 1)
+            yield from self._round(target, turn == ROUNDS - 1)
             if self.transport.full:
                 return
             if check.fresh and check.error <= target and (not last or check.met(target)):
@@ -92,16 +90,7 @@ class Approach:
 
 def link_steps(scene, target_error, time_limit, enough=lambda: False):
     """Generator of (error, seconds, best so far); returns the Solution with its warnings. Closing it cancels."""
-    begun = time.perf_counter()
-    set_up = in_thread(Approach, scene, target_error)
-    approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun, None))
-    stopped = False
-    for _ in approach.steps():
-        yield approach.check.error, approach.elapsed(), approach.best
-        has_solution = approach.best is not None
-        stopped = is_over(time_limit, approach.elapsed(), has_solution) or (has_solution and bool(enough()))
-        if stopped:
-            break
+    approach, stopped = yield from worked_on(lambda: Approach(scene, target_error), time_limit, enough)
     solution = approach.best
     if solution is None:
         raise SceneError(f"{FULL} and nothing was reached; {SMALLER}")

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..at_once import AT_ONCE, CACHED, parts
 from ..numerics import gauss_legendre
-from ..shapes.shape import unit
+from ..shapes.shape import frames, unit
 
 _SIZES = ((1, 1), (1, 4), (2, 8), (4, 16), (8, 24))  # rings x directions sampled over a sphere's outline
 
@@ -36,7 +36,7 @@ class FromSpheres:
         f = self.field
         local = f.on.local(s, x)
         distance = np.maximum(np.linalg.norm(local, axis=1), 1.0)
-        axis, e1, e2 = _frame(-local)
+        e1, e2, axis = np.moveaxis(frames(unit(-local)), 1, 0)
         u, wu = gauss_legendre(rings)
         sin2 = u[None] / distance[:, None] ** 2
         turn = (np.arange(turns) + 0.5) * (2 * np.pi / turns)
@@ -75,7 +75,7 @@ class FromSpheres:
                 yield self._sample_dome(x[k], n[k], s, factor[k], k, occluders[part], rings, turns)
 
     def _sample_dome(self, x, n, s, factor, r, occluders, rings, turns):
-        axis, e1, e2 = _frame(n)
+        e1, e2, axis = np.moveaxis(frames(unit(n)), 1, 0)
         u, wu = gauss_legendre(rings)
         turn = (np.arange(turns) + 0.5) * (2 * np.pi / turns)
         circle = np.cos(turn)[:, None] * e1[:, None] + np.sin(turn)[:, None] * e2[:, None]
@@ -92,12 +92,3 @@ class FromSpheres:
         weight = weight * (factor / weight.sum(axis=(1, 2)))[:, None, None]
         hit = (local[:, None, None] + length[..., None] * step).reshape(-1, 3)
         return self._spread(np.full(len(hit), s), hit, weight, r)
-
-
-def _frame(direction):
-    """direction (n, 3) -> unit axis and two unit vectors across it."""
-    axis = unit(direction)
-    seed = np.zeros_like(axis)
-    seed[np.arange(len(axis)), np.abs(axis).argmin(axis=1)] = 1.0
-    e1 = unit(np.cross(seed, axis))
-    return axis, e1, np.cross(axis, e1)

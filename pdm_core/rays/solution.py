@@ -1,17 +1,16 @@
 """What is read off a solution by rays, and the loop that makes it."""
 
 import copy
-import time
 from itertools import count
 
 import numpy as np
 
 from ..at_once import AT_ONCE, slices
 from ..checked import SceneError, some_of
-from ..deadline import above_target, is_over
+from ..deadline import ROUNDS, above_target, worked_on
 from ..plan import plan_by_rays
 from ..read_off import ReadOff, Unseen, oriented
-from ..signs_of_life import finish, in_thread, mapped
+from ..signs_of_life import finish, mapped
 from .beside import read_places
 from .bundles import Receivers
 from .check import Check
@@ -21,7 +20,6 @@ from .kept import KeptRays, check_light
 from .refinement import excess_of, improve
 from .where import nodes_near
 
-ROUNDS = 12  # refinements at most
 LEAST_GAIN, POOR = 0.05, 2  # of the error in a round; rounds in a row that gain less: more would not help
 POWER = 0.6  # of seconds: small scenes of boxes and balls were foretold within a factor of 2 by it
 
@@ -116,6 +114,10 @@ class RayApproach:
         self.check, self.plan = Check(self.state), plan_by_rays(scene, target_error, reason)
         self.best, self.history = None, []
 
+    def elapsed(self):
+        """s since the beginning"""
+        return self.state.elapsed()
+
     def steps(self):
         """Generator with a sign of life a bundle."""
         state, check, poor = self.state, self.check, 0
@@ -137,18 +139,9 @@ class RayApproach:
 
 def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
     """Generator of (error, seconds, best so far); returns the RaySolution with its warnings. Closing it cancels."""
-    begun = time.perf_counter()
-    set_up = in_thread(RayApproach, scene, target_error, why)
-    approach = yield from mapped(set_up, lambda _: (float("inf"), time.perf_counter() - begun, None))
-    state, stopped = approach.state, False
-    for _ in approach.steps():
-        yield approach.check.error, state.elapsed(), approach.best
-        has_solution = approach.best is not None
-        stopped = is_over(time_limit, state.elapsed(), has_solution) or (has_solution and bool(enough()))
-        if stopped:
-            break
+    approach, stopped = yield from worked_on(lambda: RayApproach(scene, target_error, why), time_limit, enough)
     solution = approach.best
-    solution.seconds, solution.history = state.elapsed(), list(approach.history)
+    solution.seconds, solution.history = approach.elapsed(), list(approach.history)
     if idle := idle_of(solution._state):  # not of nodes that are being added
         named = some_of(list(map(repr, idle)))
         one, many = ("lights", "it looks and what hides it"), ("light", "they look and what hides them")
