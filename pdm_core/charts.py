@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .contacts import CLEAR, contacts_of, entries
-from .tolerances import TOUCHING
+from .contacts import contacts_of, entries
+from .tolerances import CLEAR, TOUCHING
 
 CHARTS = 7  # along each edge of a plane, at most
 LINES = 2  # cuts along each edge at most, at contacts; as many rims of gaps, each of them with a strip on either side

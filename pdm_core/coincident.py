@@ -2,7 +2,8 @@
 
 import numpy as np
 
-LOOSE = 8.0  # tolerances by which coordinates of the same shape may differ
+from .tolerances import CLEAR
+
 _RANDOM = np.random.default_rng(7)
 REACHES = _RANDOM.normal(size=(6, 3)) / 2  # directions along which shapes' reach tells them from each other
 ALONG = _RANDOM.normal(size=12)  # one along which different ones hardly ever have the same place
@@ -13,12 +14,12 @@ def one_and_the_same(shapes, tolerance):
     marks, tolerance = np.array([shape.marks for shape in shapes]), np.broadcast_to(tolerance, len(shapes))
     place = marks @ ALONG
     order, first = np.argsort(place, kind="stable"), np.arange(len(shapes))
-    reach = LOOSE * tolerance.max(initial=0.0) * np.abs(ALONG).sum()
+    reach = CLEAR * tolerance.max(initial=0.0) * np.abs(ALONG).sum()
     for step in range(1, len(shapes)):
         near = np.flatnonzero(place[order[step:]] - place[order[:-step]] <= reach)
         if not len(near):
             break
         a, b = order[near], order[near + step]
-        same = np.abs(marks[a] - marks[b]).max(axis=1) <= LOOSE * np.minimum(tolerance[a], tolerance[b])
+        same = np.abs(marks[a] - marks[b]).max(axis=1) <= CLEAR * np.minimum(tolerance[a], tolerance[b])
         np.minimum.at(first, np.maximum(a, b)[same], np.minimum(a, b)[same])
     return first[first]

@@ -19,11 +19,10 @@ from .layers import bodies, lifted, rounded, side_of, welded
 from .scene import Scene
 from .shape_table import ShapeTable
 from .shapes.shape import bounds_of, box_of, tolerance_of
+from .tolerances import CLEAR
 
 PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apart by ten
-CLEAR = 8.0  # tolerances that points keep from what stands on their surface
 BESIDE = 1e-2  # of its radius: a ball whose middle is no further from a plane has no side of it
-FAR = 1.0  # sizes of the scene from the origin from which on it is moved there
 
 
 @dataclass(frozen=True)
@@ -168,7 +167,7 @@ def settle(scene):
     contacts, corners = _touching(scene)
     low, high = box_of(scene.shapes)
     middle = (low + high) / 2
-    origin = middle if np.linalg.norm(middle) > FAR * np.linalg.norm(high - low) else np.zeros(3)
+    origin = middle if np.linalg.norm(middle) > np.linalg.norm(high - low) else np.zeros(3)
     if not origin.any() and (corners == contacts.planes.corners).all():
         return _moved(scene, [scene.shapes[k] for k in scene.shape_of], contacts), origin
     planes = contacts.planes

@@ -7,7 +7,7 @@ from .tolerances import TINY
 
 OWN = 4.0  # targets that a surface's own error may reach
 DIM = 0.01  # of the brightest surface's light: what is darker need not reach it
-TOLD = 4.0  # points looked at that weigh as much as what the surpluses promise
+TOLD = 4.0  # points looked at that weigh as much as what surpluses promise, or as what is usual
 
 
 class SharedLight:

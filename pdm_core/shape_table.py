@@ -5,9 +5,7 @@ import numpy as np
 from .closed_forms import dot, transform
 from .regions import Balls
 from .shapes.shape import bounds_of, tolerance_of
-from .tolerances import TOUCHING
-
-ON_BALL = 16.0  # tolerances that points on a ball may lie off it
+from .tolerances import KEPT, TOUCHING
 
 
 class ShapeTable:
@@ -57,7 +55,7 @@ class ShapeTable:
         inward = -transform(np.moveaxis(inverse, 0, 1), local)
         straight = dot(inward, n) >= (1 - TOUCHING) * np.sqrt(dot(inward, inward))
         depth = 1 - np.sqrt(dot(local, local))
-        return depth > np.where(straight, -ON_BALL, 1.0) * self.slack[ball]
+        return depth > np.where(straight, -KEPT, 1.0) * self.slack[ball]
 
     def polygon(self, x, index):
         """Corners (3, 4, m) of the shapes index (m,) relative to points x (3, m)."""

@@ -13,14 +13,14 @@ from .direct import AT_NODES, Shares
 from .placed import at_hits
 from .sources import Emitter, Source
 
-FEW = 512  # places of nodes: a lamp that lights fewer is worked out along its own rays; they tell it to some 2 %
-RAYS, LEAST_RAYS = 512, 32  # of a lamp; of each one where there are many
+# of a lamp, worked out along them where it lights fewer places of nodes: they tell it to some 2 %; of each of many
+RAYS, LEAST_RAYS = 512, 32
 ALL_RAYS = 1 << 13  # of all lamps
 
 
 def spots_of(state, places_lit):
     """[Spot] of those of a RayState's sources that light few places (sources,) of its nodes; yields."""
-    beams = [k for k, source in enumerate(state.sources) if source.beam and places_lit[k] < FEW]
+    beams = [k for k, source in enumerate(state.sources) if source.beam and places_lit[k] < RAYS]
     out = []
     for k in beams:
         lamp, count = state.sources[k], int(np.clip(ALL_RAYS // len(beams), LEAST_RAYS, RAYS))

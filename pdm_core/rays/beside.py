@@ -6,11 +6,9 @@ from ..at_once import AT_ONCE, entries_of, runs
 from ..boxes import near
 from ..read_off import runs_of
 from ..shapes.shape import PARALLEL
-from .facets import KEPT
+from ..tolerances import FLUSH, KEPT
 from .feet import Feet
 from .placed import Placed
-
-ON = 4.0  # tolerances within which a point lies on another shape
 
 
 def read_places(facets, surface, points, normals=None, inward=None):
@@ -35,7 +33,7 @@ class Beside:
         flat = facets.flat
         self.shapes = [scene.shapes[k] for k in flat]
         corners = [shape.outline for shape in self.shapes]
-        reach = ON * facets.tolerance
+        reach = FLUSH * facets.tolerance
         self.low = np.array([c.min(axis=0) for c in corners]).reshape(-1, 3) - reach
         self.high = np.array([c.max(axis=0) for c in corners]).reshape(-1, 3) + reach
         self.origin = np.array([c[0] for c in corners]).reshape(-1, 3)
@@ -88,14 +86,14 @@ class Beside:
         some = np.flatnonzero(((points >= self.low[other]) & (points <= self.high[other])).all(axis=1))
         x, k = points[some], other[some]
         height = np.einsum("ni,ni->n", x - self.origin[k], self.normal[k])
-        some = some[np.abs(height) <= ON * self.tolerance]
+        some = some[np.abs(height) <= FLUSH * self.tolerance]
         x, k = points[some], other[some]
         on, which = np.empty_like(x), self.plane_of[k]
         flat, rest = np.flatnonzero(which >= 0), np.flatnonzero(which < 0)
         on[flat] = self.planes.project(which[flat], x[flat])
         for number, mine in runs_of(k[rest]):
             on[rest[mine]] = self.shapes[number].project(x[rest[mine]])
-        return some[np.linalg.norm(x - on, axis=1) <= ON * self.tolerance]
+        return some[np.linalg.norm(x - on, axis=1) <= FLUSH * self.tolerance]
 
     def lifted(self, receivers):
         """Receivers, those on meshes moved: none is lifted through a flat shape that its mesh stands on or against.

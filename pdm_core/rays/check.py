@@ -5,6 +5,7 @@ import copy
 
 import numpy as np
 
+from ..each_surface import TOLD
 from ..read_off import materials_at, spread_points
 from ..signs_of_life import in_thread
 from .amplified import passed_on
@@ -18,7 +19,6 @@ CHECKED = 256, 1024  # points where the error is found: at least, and at most, w
 CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
 ONE_WAY = 0.4  # of the error of cells: what bends one way in all that a place sees of them, as daylight on a floor does
-USUAL = 4.0  # nodes whose weight the usual error of a surface has beside its own
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
 
@@ -143,7 +143,7 @@ class Check:
         relative = np.divide(own, norms, out=np.zeros(count), where=known)
         # a few nodes tell little of their own error: the usual one counts as so many more
         usual = np.median(relative[known]) if known.any() else 0.0
-        relative = np.sqrt((nodes.number * relative**2 + USUAL * usual**2) / (nodes.number + USUAL))
+        relative = np.sqrt((nodes.number * relative**2 + TOLD * usual**2) / (nodes.number + TOLD))
         self.surface_errors = SAFETY * np.where(known, np.hypot(relative, rest), 0.0)
 
 

@@ -26,7 +26,7 @@ SCATTERED = 2, 64  # points of a source for each of many receivers in turn, of s
 GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
-UNSURE, POWER = 1.0, 0.75  # error of a share that n points tell, where part is seen: UNSURE / (2 n)^POWER, about
+POWER = 0.75  # of n points: the error of a share that they tell, where part is seen, is about 1 / (2 n)^POWER
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
 STAND = 256  # of them, whatever is told
@@ -68,7 +68,7 @@ class Shares:
             light = whole[lit] * source.colour.max()
             # each source's part of the square of what is unsure is its part of the light
             may = np.maximum(np.maximum(tolerance[lit], relative * total[lit]), 1e-300)
-            unsure = UNSURE * np.sqrt(light * total[lit]) / may
+            unsure = np.sqrt(light * total[lit]) / may
             needed = unsure ** (1 / POWER) / 2
             share, (off, between) = np.ones((len(lit), 3)), np.zeros((2, len(lit)))
             few = points[0] // FACTOR

@@ -23,9 +23,8 @@ from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import foreseen_level, met_by_rays, relit, sources_of
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
-TOLD = 1.0  # of the target: what direct light may be off by where part of a source is seen, which is so in few places
-TOLD_BRIGHT = 0.5  # of that, where it is brighter than in the mean: relative to the light there
-AT_NODES_TOLD = 3.0  # the same at one of the places of a node, which stand for it together
+TOLD_BRIGHT = 0.5  # of what direct light may be off by, where it is brighter than in the mean: relative to that there
+AT_NODES_TOLD = 3.0  # of the target: the same at one of the places of a node, which stand for it together
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 
 
@@ -47,7 +46,8 @@ class RayState:
         self.lost = np.zeros(0)  # what of it is of no point of a source, in the mean of these places
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
-        self.told, self.level = TOLD, 0.0
+        self.told = 1.0  # of the target: what direct light may be off by where part of a source is seen, in few places
+        self.level = 0.0
 
     def elapsed(self):
         """s since the beginning"""

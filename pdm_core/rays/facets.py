@@ -12,11 +12,10 @@ import numpy as np
 from ..boxes import near, overlap
 from ..shapes.plane import Planes
 from ..shapes.shape import box_of, unit
-from .near_flats import near_flats
+from ..tolerances import CLEAR, KEPT
+from .near_flats import WIDER, near_flats
 
-KEPT = 16.0  # tolerances that points keep from the borders of their shapes
-PARTED = 24.0  # tolerances between layers of shapes in one plane: more than MET, and what their own rounding takes
-WIDER = 2.0  # tolerances that facets reach beyond their borders, lest rays slip between those that touch
+PARTED = KEPT + CLEAR  # tolerances between layers of shapes in one plane: more than what hides, and their own rounding
 POINTED = 64.0, 1e-2  # tolerances, or of its length, that a facet's corners move at most by this: where it is a sliver
 FINEST = 1e-10  # of the scene's size: the least tolerance, at which what our sums lose at a slant is within WIDER
 FEW = 8  # corners of shapes that may be a room's walls

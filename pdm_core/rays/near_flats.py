@@ -4,8 +4,10 @@ import numpy as np
 
 from ..at_once import entries_of, runs
 from ..boxes import near
+from ..tolerances import FLUSH
 
-ON = 6.0  # tolerances within which a facet's corner lies in a plane: more than the facets have been widened
+WIDER = 2.0  # tolerances that facets reach beyond their borders, lest rays slip between those that touch
+ON = FLUSH + WIDER  # within which a facet's corner lies in a plane
 
 
 def near_flats(facets):

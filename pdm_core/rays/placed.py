@@ -5,10 +5,8 @@ import copy
 import numpy as np
 
 from ..read_off import runs_of
+from ..tolerances import CLEAR, KEPT
 from .bundles import Receivers
-from .facets import KEPT
-
-MET = 8.0  # tolerances within which what lies against a flat shape hides what is beyond
 
 
 class Placed(Receivers):
@@ -35,7 +33,7 @@ class Placed(Receivers):
             told = {what: a[some] for what, a in given.items() if a is not None}
             out[some], normal[some], faces[some] = sides[k].shape.receiving(out[some], sides[k].sign, least, **told)
         out += (facets.moved[shape] * sign)[:, None] * normal
-        start = np.where((own < 0) | inside, facets.tolerance, -MET * facets.tolerance)
+        start = np.where((own < 0) | inside, facets.tolerance, -CLEAR * facets.tolerance)
         super().__init__(out - facets.centre, normal, own, start, inside, surface, faces)
         self.exact = out
 

@@ -8,10 +8,10 @@ from ..checked import SceneError, array
 from ..ears import few_and_convex, triangulated
 from ..outlines import crossing, edges_of, enclosed, moments, nearest_on_edges, signed_area, without_repeats
 from ..tolerances import TOUCHING
-from .shape import FLATTEST, unit
+from .shape import FLATTEST, ROUNDINGS, unit
 
 FLAT = 1e-4  # of the extent: corners no further from their plane are put into it, single precision's among them
-SINGLE = 4 * 2**-24  # of the coordinates: what single precision and a matrix may move corners by
+SINGLE = ROUNDINGS * 2**-24  # of the coordinates: what single precision and a matrix may move corners by
 LONGEST = 64  # edges among which the bounding rectangle's direction is sought
 
 
