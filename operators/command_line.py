@@ -6,7 +6,6 @@ import math
 import os
 import sys
 import time
-from contextlib import contextmanager
 
 import bpy
 
@@ -27,6 +26,7 @@ from .reporting.render_image import render_image
 from .settings import SETTING_NAMES, BakeProperties
 from .subdivide import BUDGET, WAYS, subdivide_steps, tell_short
 from .told_to_end import told_to_end
+from .whole_file import whole_file
 
 DONE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 PNG_END = b"IEND\xaeB`\x82"
@@ -61,23 +61,6 @@ def main(argv):
         return _fail("stopped; run it again for the rest" if many else "stopped, nothing was written", INTERRUPTED)
     except (BakeError, SceneError, OSError, RuntimeError) as error:
         return _fail(error, FAILED)
-
-
-@contextmanager
-def _whole(path):
-    """A name beside path to write to, which takes its place once all is written: no half file is left. What is no file
-    (/dev/stdout, a pipe) is written to as it is, and links stay."""
-    path = os.path.realpath(path)
-    if os.path.exists(path) and not os.path.isfile(path):
-        yield path
-        return
-    part = f"{path}.part{os.path.splitext(path)[1]}"
-    try:
-        yield part
-        os.replace(part, path)
-    finally:
-        if os.path.exists(part):
-            os.remove(part)
 
 
 def _bake_files(options):
@@ -119,11 +102,11 @@ def _bake(options):
             if short or not count:
                 break
     if options.image:
-        with _whole(os.path.abspath(options.image)) as part:
+        with whole_file(options.image) as part:
             render_image(context, settings.attribute, part)
             _check_picture(part)
     if options.report:
-        with _whole(os.path.abspath(options.report)) as part, open(part, "w", encoding="utf-8") as file:
+        with whole_file(options.report) as part, open(part, "w", encoding="utf-8") as file:
             json.dump(report, file, indent=1, allow_nan=False)
     if options.output:
         bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath(options.output), copy=True)

@@ -14,6 +14,7 @@ from .modal_steps import Steps, current
 from .reporting.convergence import ConvergenceSettings, convergence_steps
 from .reporting.convergence_page import csv_text, curves, page, text_rows
 from .settings import BakeProperties
+from .whole_file import whole_file
 from .words import say
 
 NAMES = ("objects", "time_limit", "tightest", "published", "cycles")
@@ -104,7 +105,6 @@ def write(result, folder):
     paths = {}
     for kind, text in (("html", page(result)), ("json", json.dumps(result, indent=1)), ("csv", csv_text(result))):
         paths[kind] = folder / f"convergence.{kind}"
-        part = folder / f"convergence.{kind}.part"
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, paths[kind])
+        with whole_file(paths[kind]) as part:
+            Path(part).write_text(text, encoding="utf-8")
     return paths

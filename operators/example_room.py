@@ -6,7 +6,7 @@ from bpy.types import Operator
 from mathutils import Matrix, Vector
 
 from .modal_steps import Idle
-from .reading.preview_nodes import uses_nodes
+from .reading.preview_nodes import new_material
 
 NAME = "Radiosity Example"
 WIDTH, DEPTH, HEIGHT, CELLS = 4.0, 4.0, 3.0, 40
@@ -98,9 +98,7 @@ def _material(name, colour, emission=0.0):
     """A plain Principled material, shared by several example rooms."""
     if found := bpy.data.materials.get(name):
         return found
-    material = bpy.data.materials.new(name)
-    if not uses_nodes(material):
-        material.use_nodes = True
+    material = new_material(name)
     shader = next(node for node in material.node_tree.nodes if node.bl_idname == "ShaderNodeBsdfPrincipled")
     shader.inputs["Base Color"].default_value = material.diffuse_color = (*colour, 1.0)
     if emission:

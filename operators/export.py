@@ -9,7 +9,7 @@ from bpy.props import EnumProperty, StringProperty
 from bpy.types import Operator
 
 from .modal_steps import Idle
-from .reading.preview_nodes import uses_nodes
+from .reading.preview_nodes import new_material
 from .told import told
 from .words import many, say
 
@@ -190,9 +190,7 @@ def _unlit(objects, attribute, wanted):
 
 
 def _shadeless(attribute):
-    material = bpy.data.materials.new(attribute)
-    if not uses_nodes(material):
-        material.use_nodes = True
+    material = new_material(attribute)
     tree = material.node_tree
     tree.nodes.clear()
     colour, shader, output = (

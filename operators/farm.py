@@ -15,14 +15,14 @@ from pathlib import Path
 
 import bpy
 
+from ..pdm_core.signs_of_life import TICK
 from .baking.report import counted, percent, version
 from .told_to_end import told_to_end
+from .whole_file import whole_file
 
 Task = namedtuple("Task", "source blend report log")
 STATES = DONE, SKIPPED, FAILED, STOPPED = "done", "skipped", "failed", "stopped"
-LOOK = 0.1  # s between two looks at what runs
 SUMMARY = "summary.json"
-BLOCK = 2**20  # bytes read at once
 
 
 def run(files, folder, words, processes):
@@ -54,7 +54,7 @@ def _run(waiting, folder, words, processes, asked):
                     del running[task]
                     rows[task.source] = _end(task, process.returncode, key, time.perf_counter() - begun)
             if running:
-                time.sleep(LOOK)
+                time.sleep(TICK)
     finally:
         for process, _, _ in running.values():
             process.terminate()
@@ -108,10 +108,8 @@ def _problem(task):
 
 def _key(task, words):
     """What the result depends on."""
-    digest = hashlib.sha256()
     with open(task.source, "rb") as file:
-        while block := file.read(BLOCK):
-            digest.update(block)
+        digest = hashlib.file_digest(file, "sha256")
     versions = {"extension": version(), "blender": bpy.app.version_string}
     return {"sha256": digest.hexdigest(), "options": list(words), "versions": versions}
 
@@ -179,10 +177,8 @@ def _clean(task, keep_log=False):
 
 
 def _write(path, value):
-    """JSON, whole or not at all."""
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    part.write_text(json.dumps(value, indent=1, allow_nan=False), encoding="utf-8")
-    os.replace(part, path)
+    with whole_file(path) as part:
+        Path(part).write_text(json.dumps(value, indent=1, allow_nan=False), encoding="utf-8")
 
 
 def _tell(task, state, report=None, seconds=0.0, message=""):

@@ -81,11 +81,15 @@ def select_listed(settings, context):
     """Selects the object of the row clicked, alone."""
     if not 0 <= settings.listed_index < len(settings.listed):
         return
-    view_layer = context.view_layer
-    obj = view_layer.objects.get(settings.listed[settings.listed_index].name)
-    if obj is None or any(other.mode != "OBJECT" for other in view_layer.objects.selected):
-        return
-    for other in view_layer.objects.selected:
+    objects = context.view_layer.objects
+    obj = objects.get(settings.listed[settings.listed_index].name)
+    if obj is not None and all(other.mode == "OBJECT" for other in objects.selected):
+        select_alone(objects, obj)
+
+
+def select_alone(objects, obj):
+    """Selects an object of a view layer's and no other, and makes it the active one."""
+    for other in objects.selected:
         other.select_set(False)
     obj.select_set(True)
-    view_layer.objects.active = obj
+    objects.active = obj

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ..pdm_core.kept import Kept, under_light
+from ..pdm_core.rays.solution import same_light
 from ..pdm_core.signs_of_life import finish
 from .baking.colour_attribute import BakeError, Colours
 from .baking.error_map import names_written
@@ -165,19 +166,12 @@ def _same_lights(old, new):
         if found is None:
             found = copy.copy(light)
             found.colour = np.zeros(3)
-        elif not _is_same(light, found):
+        elif not same_light(light, found):
             raise BakeError(f"Light {light.name!r} has another shape; {AGAIN}")
         out.append(found)
     if left:
         raise BakeError(f"Light {next(iter(left))[0]!r} shines now and did not; {AGAIN}")
     return out
-
-
-def _is_same(old, new):
-    if type(old) is not type(new):
-        return False
-    names = vars(old).keys() & vars(new).keys() - {"colour"}
-    return all(np.array_equal(getattr(old, name), getattr(new, name)) for name in names)
 
 
 def _write(held, values):

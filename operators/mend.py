@@ -5,7 +5,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Operator
 
-from .listed import LABELS, instanced
+from .listed import LABELS, instanced, select_alone
 from .modal_steps import Idle
 from .told import told
 from .words import say
@@ -41,14 +41,6 @@ class PDM_OT_mend(Idle, Operator):
         return {"FINISHED"}
 
 
-def _select(context, obj):
-    """Blender's operators work on what is selected."""
-    for other in context.view_layer.objects.selected:
-        other.select_set(False)
-    obj.select_set(True)
-    context.view_layer.objects.active = obj
-
-
 def _single_user(context, obj):
     obj.data = obj.data.copy()
 
@@ -81,7 +73,7 @@ def _edit(change):
 
 
 def _convert(context, obj):
-    _select(context, obj)
+    select_alone(context.view_layer.objects, obj)  # Blender's operators work on what is selected
     bpy.ops.object.convert(target="MESH")
 
 
@@ -89,7 +81,7 @@ def _real(context, obj):
     if any(modifier.type == "NODES" for modifier in obj.modifiers):
         _real_nodes(context, obj)
         return
-    _select(context, obj)
+    select_alone(context.view_layer.objects, obj)
     bpy.ops.object.duplicates_make_real()
 
 

@@ -66,26 +66,19 @@ def _is_same(a, b, is_cut):
     parts = [(scene.reflectance[even], scene.emission[even], scene.background) for scene in (a, b)]
     if not all(map(np.array_equal, *parts)):
         return False
-    pairs = [(one.shape, other.shape) for one, other in zip(a.surfaces, b.surfaces)]
-    is_one = _is_placed if is_cut else lambda one, other: _is_like(vars(one), vars(other))
-    if not all(is_one(*pair) for pair in pairs):
+    if not all(_is_like(one.shape, other.shape, is_cut) for one, other in zip(a.surfaces, b.surfaces)):
         return False
     lamps = zip(a.lights, b.lights)
     return all(same_light(one, other) and np.array_equal(one.colour, other.colour) for one, other in lamps)
 
 
-def _is_placed(a, b):
-    """Whether two shapes are of one size and in one place, however their faces are divided."""
-    return bool((np.abs(a.marks - b.marks) <= CUT_OFF * b.bounds[1]).all())
-
-
-def _is_like(a, b):
-    """Whether what two shapes were made of is the same; what they have found out since follows from it."""
-    if isinstance(a, dict) and isinstance(b, dict):
-        return all(_is_like(a[name], b[name]) for name in a.keys() & b.keys())
-    if isinstance(a, list | tuple) and isinstance(b, list | tuple):
-        return len(a) == len(b) and all(map(_is_like, a, b))
-    return not isinstance(a, np.ndarray | float | int) or np.array_equal(a, b)
+def _is_like(a, b, is_cut):
+    """Whether two shapes are of one size and in one place, however their faces are divided, or, where these are not
+    cut, the very same, shaded alike."""
+    if is_cut:
+        return bool((np.abs(a.marks - b.marks) <= CUT_OFF * b.bounds[1]).all())
+    shaded = not (a.is_mesh and b.is_mesh) or np.array_equal(a.corner_normals, b.corner_normals)
+    return np.array_equal(a.marks, b.marks) and shaded
 
 
 def changed(scene, depsgraph):

@@ -95,5 +95,23 @@ def _numbered(keys, normals):
 
 def world_vertices(target):
     """(n, 3) m: the vertices of `target` (a ReadObject) in the world."""
-    matrix = np.array(target.matrix, np.float64)
-    return target.base.vertices.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    return in_world(np.array(target.matrix, np.float64), target.base.vertices.astype(np.float64))
+
+
+def in_world(matrix, points):
+    """Local points (n, 3) m under a matrix (4, 4)."""
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def areas_of(corner):
+    """(t,) m^2 of triangles (t, 3, 3) m."""
+    return np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2
+
+
+def random_places(area, count, rng):
+    """So many places spread over triangles of these areas (t,): triangles (k,), weights (k, 3) of their corners."""
+    edges = np.cumsum(area) / max(area.sum(), 1e-300)
+    pick = np.searchsorted(edges, (np.arange(count) + rng.random(count)) / max(count, 1))
+    weight = np.sort(rng.random((count, 2)), axis=1)
+    weight = np.column_stack([weight[:, 0], weight[:, 1] - weight[:, 0], 1 - weight[:, 1]])
+    return np.minimum(pick, len(area) - 1), weight

@@ -7,6 +7,7 @@ import numpy as np
 from ...pdm_core.shapes.shape import unit
 from ...pdm_core.signs_of_life import mapped
 from ..reading.mesh_topology import FLOAT32
+from .bake_points import areas_of, in_world, random_places
 from .bisect import Bisected
 
 SAMPLES, LEAST_SAMPLES = 2000, 64  # random places looked at once, in all and on each mesh, by area
@@ -40,22 +41,18 @@ class Bent:
     def make(cls, target, faces, places, samples, rng):
         """target: a ReadObject; faces: its Triangulated mesh; so many random places."""
         matrix = np.array(target.matrix, np.float64)
-        at = _world(matrix, places.at)[faces.vertices]
-        area = _areas(at)
-        edges = np.cumsum(area) / max(area.sum(), 1e-300)
-        pick = np.searchsorted(edges, (np.arange(samples) + rng.random(samples)) / max(samples, 1))
-        weight = np.sort(rng.random((samples, 2)), axis=1)
-        weight = np.column_stack([weight[:, 0], weight[:, 1] - weight[:, 0], 1 - weight[:, 1]])
+        at = in_world(matrix, places.at)[faces.vertices]
+        pick, weight = random_places(areas_of(at), samples, rng)
         values, inward = {"light": np.full((*faces.vertices.shape, 3), np.nan)}, None
         if target.corner_normals is not None:
             values["normal"] = target.corner_normals[faces.corners]
             inward = at.mean(axis=1)
-        parts = Bisected.make(places.at, faces.vertices, values, np.minimum(pick, len(area) - 1), weight)
+        parts = Bisected.make(places.at, faces.vertices, values, pick, weight)
         return cls(target.polygon_surface[faces.polygon], matrix, places, parts, inward)
 
     def at_points(self):
         """Surfaces, points, normals and inward of the random places."""
-        corner = _world(self.matrix, self.places.at)[self.parts.corner[self.parts.points]]
+        corner = in_world(self.matrix, self.places.at)[self.parts.corner[self.parts.points]]
         return self._placed(self.parts.points, np.einsum("nk,nki->ni", self.parts.weight, corner), self.parts.weight)
 
     def unknown(self):
@@ -66,7 +63,7 @@ class Bent:
         ends = parts.corner[halves, edge], parts.corner[halves, (edge + 1) % 3]
         weight = np.concatenate([np.eye(3)[corner], (1 - np.eye(3)[(edge + 2) % 3]) / 2])
         local = np.concatenate([self.places.at[parts.corner[triangle, corner]], self.places.between(*ends)])
-        placed = self._placed(np.concatenate([triangle, halves]), _world(self.matrix, local), weight)
+        placed = self._placed(np.concatenate([triangle, halves]), in_world(self.matrix, local), weight)
         first, of = _each_once(
             np.concatenate([parts.corner[triangle, corner], -1 - self._edge()[halves, edge]]), placed
         )
@@ -105,10 +102,10 @@ class Bent:
         wrong = ((wrong * factor[parts.points]) ** 2).sum(axis=1)
         count = np.bincount(parts.points, minlength=len(square))
         seen = np.bincount(parts.points, wrong, len(square)) / np.maximum(count, 1)
-        corner = _world(self.matrix, self.places.at)[parts.corner]
+        corner = in_world(self.matrix, self.places.at)[parts.corner]
         longest = np.linalg.norm(corner[:, 1] - corner[:, 0], axis=1)
         self.is_thin = longest <= THIN * FLOAT32 * np.abs(corner).max()
-        return _areas(corner) * np.maximum(square, seen)
+        return areas_of(corner) * np.maximum(square, seen)
 
     def halve(self, wanted):
         """Cuts the edges of triangles wanted (t,)."""
@@ -187,12 +184,3 @@ def _each_once(key, placed):
     of = np.empty(len(order), np.int64)
     of[order] = np.cumsum(starts) - 1
     return order[starts], of
-
-
-def _world(matrix, points):
-    return points @ matrix[:3, :3].T + matrix[:3, 3]
-
-
-def _areas(corner):
-    """(t,) m^2 of triangles (t, 3, 3) m."""
-    return np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2

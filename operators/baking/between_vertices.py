@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...pdm_core.shapes.shape import unit
-from .bake_points import world_vertices
+from .bake_points import areas_of, random_places, world_vertices
 
 SHARE = 0.1  # points looked at, of the vertices baked
 MOST, MANY, FEW = 4000, 32, 8  # points in all, and on each object where that allows it, and in any case
@@ -100,13 +100,9 @@ class Look:
 
     def __init__(self, target, domain, count, rng):
         ends, corners, surface, normals = _triangles(target, domain)
-        area = np.linalg.norm(np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]), axis=1) / 2
+        area = areas_of(ends)
         self.area = area.sum()
-        count = count if self.area > 0 else 0
-        edges = np.cumsum(area) / max(self.area, 1e-300)
-        pick = np.minimum(np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count), len(area) - 1)
-        weight = np.sort(rng.random((count, 2)), axis=1)
-        self.weight = np.column_stack([weight[:, 0], weight[:, 1] - weight[:, 0], 1 - weight[:, 1]])
+        pick, self.weight = random_places(area, count if self.area > 0 else 0, rng)
         self.corners, self.ends, self.surface = corners[pick], ends[pick], surface[pick]
         self.normals = np.full(self.ends.shape, np.nan) if normals is None else normals[pick]
 

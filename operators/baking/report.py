@@ -43,21 +43,17 @@ def bake_report(context, settings, reading, solution, between, items, points, se
     """
     errors = [solution.error_over([surface for surface, _, _ in p.runs]) for p in points]
     written = {item.object_name: rest for item, *rest in zip(items, items, between.parts, errors, strict=True)}
-    objects = [_object_entry(o, *written.get(o.name, ())) for o in reading.objects]
-    warnings = list(reading.warnings) + list(solution.warnings) + _own_warnings(settings, between, items)
-    warnings += _uncoloured(objects)
+    found = scan_result(reading, written)
+    objects, warnings = found["objects"], found["warnings"]
+    warnings += [*solution.warnings, *_own_warnings(settings, between, items), *_uncoloured(objects)]
     report = {
         "schema": SCHEMA,
         "versions": {"extension": version(), "blender": bpy.app.version_string, "numpy": np.__version__},
         "file": bpy.data.filepath,
         "scene": context.scene.name,
         "settings": asdict(settings),
-        "objects": objects,
-        "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
-        "hidden": reading.hidden,
-        "lights": [{"name": name, "type": kind} for name, kind in reading.lights],
-        "warnings": warnings,
-        "left_out": left_out(objects, [{"name": n, "reason": reason} for n, reason in reading.refused], warnings),
+        **found,
+        "left_out": left_out(objects, found["refused"], warnings),
         "vertices": sum(entry["vertices"] for entry in objects),
         "colours": sum(len(item.colours) for item in items),
         "above_one": _above_one(settings, items),
@@ -73,10 +69,10 @@ def bake_report(context, settings, reading, solution, between, items, points, se
     return plain(report)
 
 
-def scan_result(reading):
-    """What the sidebar lists before a bake: the same entries as in a report."""
+def scan_result(reading, written=None):
+    """What the sidebar lists before a bake: the same entries as in a report; written {name: of those baked}."""
     return {
-        "objects": [_object_entry(o) for o in reading.objects],
+        "objects": [_object_entry(o, *(written or {}).get(o.name, ())) for o in reading.objects],
         "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
         "hidden": reading.hidden,
         "lights": [{"name": name, "type": kind} for name, kind in reading.lights],

@@ -3,10 +3,9 @@
 import numpy as np
 
 from ...pdm_core import AreaLight, PointLight
+from ...pdm_core.boxes import near
 from ...pdm_core.shapes.shape import bounds_of
-
-TOUCH = 1e-6  # of the size: shapes that overlap less only touch
-AT_ONCE = 1 << 20  # pairs of bounding boxes compared at once
+from ...pdm_core.tolerances import TOUCHING
 
 
 def surfaces_of(pieces, lights=()):
@@ -41,7 +40,7 @@ def _hidden_is_seen(pieces, lights):
         inner_low, inner_high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
         np.minimum.at(inner_low, body[of], low[of])
         np.maximum.at(inner_high, body[of], high[of])
-        touch = TOUCH * np.ptp([inner_low, inner_high], axis=0).max(axis=1, keepdims=True)
+        touch = TOUCHING * np.ptp([inner_low, inner_high], axis=0).max(axis=1, keepdims=True)
         lit = np.bincount(body[of], shines[of], count) > 0
         enters = np.zeros(count, bool)
         # without light of its own what is inside has it from what shines there
@@ -59,7 +58,7 @@ def _hidden_is_seen(pieces, lights):
         seen[of] = enters[body[of]]
     for k in np.flatnonzero(balls & ~outward).tolist():
         distance = np.linalg.norm(centre - centre[k], axis=1)
-        beyond = distance + radius > pieces[k].shape.semi_axes[2] * (1 + TOUCH)
+        beyond = distance + radius > pieces[k].shape.semi_axes[2] * (1 + TOUCHING)
         beyond[k] = False
         seen[k] = beyond.any()
     return seen | np.array([piece.is_doubled for piece in pieces])
@@ -88,18 +87,12 @@ def _bodies(pieces, balls):
 
 def _overlapping(low, high, other_low, other_high, owners, others):
     """Pairs (k,), (k,) of boxes among owners and others (bool masks) that overlap."""
-    owner, other = np.flatnonzero(owners), np.flatnonzero(others)
-    found = [np.zeros((2, 0), int)]
-    step = max(1, AT_ONCE // max(len(other), 1))
-    for begin in range(0, len(owner), step):
-        some = owner[begin : begin + step]
-        hit = np.ones((len(some), len(other)), bool)
-        for axis in range(3):
-            hit &= other_low[other, axis] < high[some, axis, None]
-            hit &= other_high[other, axis] > low[some, axis, None]
-        a, b = np.nonzero(hit)
-        found.append(np.stack([some[a], other[b]]))
-    return np.concatenate(found, axis=1)
+    owner, other, count = np.flatnonzero(owners), np.flatnonzero(others), np.count_nonzero(owners)
+    lows, highs = np.concatenate([low[owner], other_low[other]]), np.concatenate([high[owner], other_high[other]])
+    # less what touches, flat ones end before they begin
+    i, j = near(np.minimum(lows, highs), np.maximum(lows, highs), 0.0)
+    mixed = (i < count) & (j >= count)
+    return owner[i[mixed]], other[j[mixed] - count]
 
 
 def _reaches_into(pieces, centre, radius, ball, other):
@@ -110,5 +103,5 @@ def _reaches_into(pieces, centre, radius, ball, other):
     linear = np.array([pieces[k].shape.linear for k in ball]).reshape(-1, 3, 3)
     reach = np.linalg.norm(np.einsum("ki,kij->kj", normal, linear), axis=1)
     offset = centre[other] - centre[ball]
-    passes = normal.any(axis=1) & (np.abs(np.einsum("ki,ki->k", normal, offset)) >= reach * (1 - TOUCH))
-    return (np.linalg.norm(offset, axis=1) < (radius[other] + radius[ball]) * (1 - TOUCH)) & ~passes
+    passes = normal.any(axis=1) & (np.abs(np.einsum("ki,ki->k", normal, offset)) >= reach * (1 - TOUCHING))
+    return (np.linalg.norm(offset, axis=1) < (radius[other] + radius[ball]) * (1 - TOUCHING)) & ~passes

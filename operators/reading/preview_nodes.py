@@ -33,11 +33,17 @@ def uses_nodes(material):
 
 def make_material(name):
     """A marked material that looks as none does."""
-    material = bpy.data.materials.new(name)
+    material = new_material(name)
     material[MARK] = MADE
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True  # later materials always do
     _plain_nodes(material, GREY)
+    return material
+
+
+def new_material(name):
+    """One with nodes."""
+    material = bpy.data.materials.new(name)
+    if not uses_nodes(material):
+        material.use_nodes = True
     return material
 
 

@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 
 from ...pdm_core import Scene, SceneError
+from ...pdm_core.checked import some_of
 from ...pdm_core.shapes.shape import unit
 from ...pdm_core.signs_of_life import finish, in_thread, mapped
 from .accept_pieces import accept_pieces
@@ -264,8 +265,6 @@ def _background(scene, reading):
     return found.background, found.suns
 
 
-def some(what, names, most=3):
+def some(what, names):
     """object 'A'; objects 'A', 'B', 'C' and 2 more"""
-    listed = ", ".join(repr(name) for name in names[:most])
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return f"{what}{'s' * (len(names) > 1)} {listed}{more}"
+    return f"{what}{'s' * (len(names) > 1)} {some_of(list(map(repr, names)))}"

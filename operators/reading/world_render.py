@@ -11,9 +11,9 @@ import bpy
 import numpy as np
 
 from ...pdm_core import SunLight
+from ...pdm_core.signs_of_life import TICK
 from .node_state import state_of
 
-WAIT = 0.05  # s between two looks
 MOST_SECONDS = 120.0  # it takes 2 to 4
 _last = {}  # {state of a world: what was rendered of it}, one at most: it takes seconds
 SCRIPT = Path(__file__).with_name("world_script.py")
@@ -48,7 +48,7 @@ def _rendered(world):
         try:
             end = time.perf_counter() + MOST_SECONDS
             while process.poll() is None and time.perf_counter() < end:
-                time.sleep(WAIT)
+                time.sleep(TICK)
                 yield
         finally:
             if process.poll() is None:

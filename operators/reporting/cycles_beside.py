@@ -11,11 +11,11 @@ import bpy
 import numpy as np
 
 from ...pdm_core.read_off import materials_at
+from ...pdm_core.signs_of_life import TICK
 from ..baking.bake_points import bake_points, corners_of
 from ..baking.colour_attribute import BakeError
 
 SAMPLES = (1, 4, 16, 64, 256, 1024)
-WAIT = 0.05  # s between two looks
 SCRIPT = Path(__file__).with_name("cycles_script.py")
 
 
@@ -35,7 +35,7 @@ def cycles_steps(context, reading, targets, seconds):
         try:
             end = time.perf_counter() + seconds
             while process.poll() is None and time.perf_counter() < end:
-                time.sleep(WAIT)
+                time.sleep(TICK)
                 yield f"Cycles, {_done(folder) or 'starting'}"
         finally:
             if process.poll() is None:

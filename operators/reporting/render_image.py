@@ -8,6 +8,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ..baking.colour_attribute import BakeError
+from ..reading.preview_nodes import new_material
 from ..reading.render_visible import evaluated, render_visible
 
 SAMPLES = 8  # they only smooth the outlines: the light is in the colours
@@ -68,9 +69,7 @@ def _placed(scene, name, data, matrix):
 
 
 def _baked_material(attribute):
-    material = bpy.data.materials.new("PDM picture")
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True  # later materials always do
+    material = new_material("PDM picture")
     tree = material.node_tree
     tree.nodes.clear()
     colour = tree.nodes.new("ShaderNodeAttribute")  # black where the mesh has no such attribute
