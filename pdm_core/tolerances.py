@@ -1,5 +1,6 @@
 """What counts as nothing, relative to what it is compared with; what touches by its coordinates' rounding: contacts."""
 
+SINGLE = 2.0**-24  # what single precision rounds, relative
 ROUNDING = 1e-15  # of one number, or of a sum of few
 TINY = 1e-12  # what is left of nothing after many sums and products, of factors, shares, sines and depths
 FAINT = 1e-6  # light, or a cosine, that is nothing beside what it is compared with

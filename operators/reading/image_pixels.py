@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .picture import linear_of_srgb
+
 NEEDED = "is not read; save it as a single PNG, HDR or EXR and use that"
 UNREAD = {
     "MOVIE": "is a movie",
@@ -70,11 +72,6 @@ def _decode(pixels, image):
         pixels[..., :3] = table[np.rint(pixels[..., :3] * 255).astype(np.uint8)]
     if primaries is not None:
         pixels[..., :3] = pixels[..., :3] @ np.array(primaries, np.float32).T
-
-
-def linear_of_srgb(value):
-    """IEC 61966-2-1"""
-    return np.where(value <= 0.04045, value / 12.92, ((np.maximum(value, 0.0) + 0.055) / 1.055) ** 2.4)
 
 
 def _gamma(exponent):

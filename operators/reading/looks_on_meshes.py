@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from .materials import NO_MATERIAL
 from .varying import Faces, Varying
-
-GREY = 0.8  # what is taken where a colour shows a bake
 
 
 def looks_on(mesh, looks, baked):
@@ -40,10 +39,10 @@ def _without_bake(look, mesh):
             np.full(3, value) if isinstance(s, Varying) and ("attribute", "") in s.value.needs else s for s in sides
         )
 
-    changed = replace(look, reflectance=other(look.reflectance, GREY), emission=other(look.emission, 0.0))
+    changed = replace(look, reflectance=other(look.reflectance, NO_MATERIAL), emission=other(look.emission, 0.0))
     if any(a is not b for a, b in zip(changed.reflectance + changed.emission, look.reflectance + look.emission)):
         if not any(callable(side) or side.any() for side in changed.reflectance):  # nothing tells what it reflects
-            changed = replace(changed, reflectance=(np.full(3, GREY),) * 2)
+            changed = replace(changed, reflectance=(np.full(3, NO_MATERIAL),) * 2)
         mesh.warnings.append(
             f"its material shows the baked attribute {mesh.raw.layers.default_colour!r}: it is not read"
         )

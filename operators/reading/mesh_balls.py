@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from ...pdm_core.at_once import CACHED
 from .mesh_spheres import find_sphere
 from .mesh_topology import NotRecognised
 
 FEWEST = 8, 9  # vertices and faces of the coarsest, of three rings and three segments
 SAMPLE = 64  # vertices of a component that are looked at first
 OFF = 0.05  # of the radius squared: further off every ellipsoid there is no sphere, however rounded (COARSEST)
-AT_ONCE = 4096  # components
 MISSES = 16  # components of one number of vertices and faces that are no spheres: the others are not tried
 
 
@@ -70,7 +70,7 @@ def _may_be(mesh, component):
     count = np.bincount(of[some], minlength=len(faces))
     begin = np.cumsum(count) - count
     may &= count >= FEWEST[0]
-    for part in np.array_split(np.flatnonzero(may), np.count_nonzero(may) // AT_ONCE + 1):
+    for part in np.array_split(np.flatnonzero(may), np.count_nonzero(may) // CACHED + 1):
         pick = begin[part, None] + np.arange(SAMPLE) * count[part, None] // SAMPLE
         may[part] = _near_ellipsoids(mesh.vertices[some[pick]])
     return may

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from .mesh_flat import SLACK
 from .mesh_topology import MeshArrays, cross, length, spans
 
-SLACK = 1e-5  # of a face's width: how far a vertex may be off its plane, besides rounding; a bent one is cut up
 CROSSED = 1 + 1e-4  # of its area: a face whose triangles have more crosses itself
 MOST_CUT = 1000  # faces to be cut into flat triangles; where more are bent, they are a curved surface
 

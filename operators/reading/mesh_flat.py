@@ -7,7 +7,7 @@ import numpy as np
 
 from .mesh_topology import MeshArrays, connected, cross, length
 
-SLACK = 1e-5  # of a group's width: how far a vertex may be off its plane, besides rounding
+SLACK = 1e-5  # of a face's or a group's width: how far a vertex may be off its plane, besides rounding
 CREASE = 1e-3  # rad; a sharper edge parts two groups
 MOST_NOISE = 0.1  # rad; rounding may turn the normal of a narrow face
 THINNEST = 100  # roundings; a narrower group has no usable width

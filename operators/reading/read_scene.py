@@ -7,9 +7,11 @@ import bpy
 import numpy as np
 
 from ...pdm_core import Scene, SceneError
+from ...pdm_core.at_once import AT_ONCE
 from ...pdm_core.checked import some_of
 from ...pdm_core.shapes.shape import unit
 from ...pdm_core.signs_of_life import finish, in_thread, mapped
+from ...pdm_core.tolerances import SINGLE
 from .accept_pieces import accept_pieces
 from .hidden_sides import surfaces_of
 from .light_linking import link
@@ -26,9 +28,7 @@ from .read_world import world_steps
 from .render_visible import evaluated, render_visible
 from .undisturbed import undisturbed
 
-AT_ONCE = 100_000  # corners of meshes that are recognised together, in a thread: it gives signs of life meanwhile
 LARGE = 20_000  # corners, from which on a mesh's sides are told apart in one, too
-SINGLE = 2**-24  # relative rounding of Blender's coordinates and matrices
 
 
 @dataclass(eq=False)
@@ -192,7 +192,7 @@ def _recognise(raw, reading):
 
 
 def _batches(raw):
-    """[[RawMesh]] of some AT_ONCE corners each, in order."""
+    """[[RawMesh]] of some AT_ONCE corners each, in order: a thread gives signs of life meanwhile."""
     number = np.cumsum([len(mesh.arrays.corners) for mesh in raw]) // AT_ONCE
     begin = np.flatnonzero(np.diff(number, prepend=-1)).tolist()
     return [raw[first:last] for first, last in pairwise([*begin, len(raw)])]

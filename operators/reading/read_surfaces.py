@@ -7,6 +7,7 @@ import numpy as np
 from ...pdm_core import Mesh, Plane, Polygon, Sphere, Surface
 from ...pdm_core.coincident import one_and_the_same
 from ...pdm_core.shapes.shape import unit
+from ...pdm_core.tolerances import TOUCHING
 from .materials import BACK, FRONT, Appearance
 from .mesh_outlines import PolygonShape
 from .mesh_planes import PlaneShape
@@ -14,7 +15,6 @@ from .mesh_shapes import MeshShape
 from .mesh_spheres import SphereShape
 
 ROUND = 2e-6  # Blender's world matrices are float32: semi-axes that agree to this are those of a round sphere
-SAME = 1e-6  # of the size: shapes that differ by no more than a few of it lie on one another
 CALLED = {Plane: "face", Polygon: "face", Sphere: "sphere", Mesh: "mesh"}
 
 
@@ -106,5 +106,5 @@ def twins(pieces):
     if not pieces:
         return np.zeros(0, int)
     radius = np.array([piece.shape.bounds[1] for piece in pieces])
-    first = one_and_the_same([piece.shape for piece in pieces], SAME * radius)
+    first = one_and_the_same([piece.shape for piece in pieces], TOUCHING * radius)
     return np.where(first < np.arange(len(pieces)), first, -1)

@@ -9,12 +9,13 @@ from ..contacts import contacts_of
 from ..error_estimates import Look, Residual, leaf_errors, sample_points, source_defect
 from ..error_flow import ONE_SIGNED, Flow, norms
 from ..numerics import ROUGHLY, Rows, gmres
+from ..tolerances import SINGLE
 
 SEED = 20  # of the samples: runs repeat
 LOOKS = 4  # sets of samples at most, where the error found hangs on one point
 FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 2.6  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
-ROUNDED = 0.2 * 2**-24  # of the light: what single precision costs, as a row's entries are off either way
+ROUNDED = 0.2 * SINGLE  # of the light: what single precision costs, as a row's entries are off either way
 
 
 class Check:

@@ -15,7 +15,6 @@ from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
 
 TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
-SLANTED = 1e-3  # cosine from which on what shows a side without light counts as no further away
 NOTHING, CONTACT = -1, -2  # instead of a facet
 
 
@@ -122,7 +121,7 @@ def _later(facets, planes):
     if (dark[:, 0] == dark[:, 1]).all():
         return None
     cosine = (planes[:, 2] @ facets.normal.T).ravel()
-    front, back = np.tile(dark, (len(planes), 1)).T * FLUSH * facets.tolerance / np.maximum(np.abs(cosine), SLANTED)
+    front, back = np.tile(dark, (len(planes), 1)).T * FLUSH * facets.tolerance / np.maximum(np.abs(cosine), PARALLEL)
     return np.where(cosine < 0, (front, back), (back, front))
 
 

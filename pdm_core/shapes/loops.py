@@ -7,11 +7,11 @@ import numpy as np
 from ..checked import SceneError, array
 from ..ears import few_and_convex, triangulated
 from ..outlines import crossing, edges_of, enclosed, moments, nearest_on_edges, signed_area, without_repeats
-from ..tolerances import TOUCHING
+from ..tolerances import SINGLE, TOUCHING
 from .shape import FLATTEST, ROUNDINGS, unit
 
 FLAT = 1e-4  # of the extent: corners no further from their plane are put into it, single precision's among them
-SINGLE = ROUNDINGS * 2**-24  # of the coordinates: what single precision and a matrix may move corners by
+GIVEN = ROUNDINGS * SINGLE  # of the coordinates: what single precision and a matrix may move corners by
 LONGEST = 64  # edges among which the bounding rectangle's direction is sought
 
 
@@ -117,7 +117,7 @@ class Loops:
         if not np.linalg.norm(np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0)) > FLATTEST:
             return nothing
         off = np.abs(self.off_plane).max()
-        if off > FLAT * size + SINGLE * reach:
+        if off > FLAT * size + GIVEN * reach:
             return f"its corners are up to {off:.2g} m off their plane; flatten it or split it into triangles"
         return self._what_crosses()
 
