@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .field_values import surpluses
+from .read_off import drawn
 
 DECAY = 0.35  # a leaf's own error, of the surplus its nodes showed, where nothing is known of its parent's
 SMOOTH, ROUGH = 0.125, 0.6  # bounds of that ratio, observed from parent to child: smooth fields 1/8, kinks 1/2
@@ -66,9 +67,7 @@ def sample_points(field, leaf_error, light, reached, count, seed):
     for expected in (error, relative):
         share += expected / max(expected.sum(), 1e-300)
     share /= share.sum()
-    edges = np.cumsum(share)
-    pick = np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count * edges[-1])
-    pick = np.minimum(pick, len(leaves) - 1)
+    pick = drawn(share, count, rng)
     points, normals = field.place(leaves[pick], rng.random((count, 2)))
     return own[pick], points, normals, area[pick] / (share[pick] * count)
 

@@ -26,14 +26,16 @@ class Flow:
         self.spread_out, self.leaf_error = density(self.field, leaf_error), leaf_error
         source = ONE_SIGNED * self._spread(self.spread_out) + density(self.sent, sent_error)
         right = self.rows.times(source)
-        error = (yield from gmres(self._scatter, right, right, ROUGHLY))[0]
+        scatter = lambda value: self.rows.times(self.rho * self._spread(value))  # noqa: E731
+        error = (yield from gmres(scatter, right, right, ROUGHLY))[0]
         return np.abs(self._spread(error)[:, 0])
 
     def blame(self, weight):
         """weight (n sent nodes,) of the errors received -> (n cells,) what each leaf of the field makes of their
         weighted sum; yields."""
         weight = self._gathered(weight[:, None])
-        adjoint = (yield from gmres(self._scatter_back, weight, weight, ROUGHLY))[0]
+        scatter_back = lambda value: self._gathered(self.rho * self._back(value))  # noqa: E731
+        adjoint = (yield from gmres(scatter_back, weight, weight, ROUGHLY))[0]
         sensitivity = ONE_SIGNED * self._gathered(self._back(adjoint))
         field, leaves = self.field, self.field.leaves
         area = field.sizes()[leaves]
@@ -53,12 +55,6 @@ class Flow:
 
     def _back(self, value):
         return self.rows.times_transposed(value, len(self.rho))
-
-    def _scatter(self, value):
-        return self.rows.times(self.rho * self._spread(value))
-
-    def _scatter_back(self, value):
-        return self._gathered(self.rho * self._back(value))
 
 
 def density(field, leaf_error):

@@ -71,23 +71,16 @@ class Rows:
     def bytes(self):
         return sum(block.values.nbytes for block in self.blocks)
 
-    def _scale(self, value):
-        """(c,) What columns are divided by, lest single precision round them away."""
-        size = np.abs(value).max(axis=0, initial=0)
-        return np.where(size > 0, size, 1.0)
-
     def times(self, value):
         """value (n columns, c) -> (n rows, c)"""
-        out, scale = np.zeros((self.count, value.shape[1])), self._scale(value)
-        value = (value / scale).astype(np.float32)
+        out, (value, scale) = np.zeros((self.count, value.shape[1])), _single(value)
         for block in self.blocks:
             out[block.rows] = block.values @ value.take(block.columns, axis=0)
         return out * scale
 
     def times_transposed(self, value, columns):
         """value (n rows, c) -> (columns, c): the transposed matrix, of so many columns, times it"""
-        out, scale = np.zeros((columns, value.shape[1])), self._scale(value)
-        value = (value / scale).astype(np.float32)
+        out, (value, scale) = np.zeros((columns, value.shape[1])), _single(value)
         for block in self.blocks:
             out[block.columns] += block.values.T @ value.take(block.rows, axis=0)
         return out * scale
@@ -97,8 +90,7 @@ class Rows:
 
         A generator with a sign of life a block.
         """
-        out, scale = np.zeros((self.count, count, value.shape[1])), self._scale(value)
-        value = (value / scale).astype(np.float32)
+        out, (value, scale) = np.zeros((self.count, count, value.shape[1])), _single(value)
         for block in self.blocks:
             own = part[block.columns]
             start = np.flatnonzero(np.diff(own, prepend=-1))
@@ -106,6 +98,13 @@ class Rows:
                 out[block.rows, k] = block.values[:, low:high] @ value[block.columns[low:high]]
             yield
         return out * scale
+
+
+def _single(value):
+    """value (n, c) in single precision, and what its columns are divided by, (c,), lest that round them away"""
+    size = np.abs(value).max(axis=0, initial=0)
+    scale = np.where(size > 0, size, 1.0)
+    return (value / scale).astype(np.float32), scale
 
 
 def gmres(apply, right, guess, tolerance):

@@ -97,6 +97,13 @@ def check_same_shapes(old, scene):
         )
 
 
+def drawn(share, count, rng):
+    """(count,) random indices of shares (n,), as many of each as it is of all of them."""
+    edges = np.cumsum(share)
+    pick = np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count * edges[-1])
+    return np.minimum(pick, len(share) - 1)
+
+
 def spread_points(scene, surface, rng):
     """Random points (n, 3) m, one on each of surfaces (n,), of those that their shapes spread evenly."""
     points = np.empty((len(surface), 3))

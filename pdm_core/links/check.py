@@ -113,7 +113,7 @@ class Check:
         unsolved = received - light.indirect
         unsolved += np.copysign(ROUNDED, unsolved.sum()) * light.indirect
         yield
-        right = np.concatenate([lit, lit + indirect, unsolved, self._from_nothing(received)], axis=1)
+        right = np.concatenate([lit, lit + indirect, unsolved, t.from_nothing(received)], axis=1)
         scatter = light.scatter(np.tile(rho, 4))
         # what is left of it may be as much of one sign as all of it is
         error = (yield from gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0] / (1 - ROUGHLY)
@@ -123,21 +123,6 @@ class Check:
         self.amplified_light, self.unsolved, self.unclosed = (
             float(np.linalg.norm(v)) / light.norm for v in (self.own_light, self.own_unsolved, self.own_unclosed)
         )
-
-    def _from_nothing(self, received):
-        """(n nodes, 3) What rows make or lose of the light received by them (n nodes, 3), where shapes run through each
-        other: factors of all that is seen then do not sum to 1. Where not all of them are known, what is made alone."""
-        t = self.light.transport
-        sums = t.rows.times(np.ones((len(t.sent.keys), 1)))[:, 0]
-        seen = np.setdiff1d(np.flatnonzero(t.reached), t.reflectors)  # by no row
-        known = np.isin(t.lights, seen)
-        others = t.fractions[:, np.append(known, t.background)].sum(axis=1)[t.sent.find(t.field.keys)]
-        over = sums + others - 1
-        if not t.background or known.sum() < len(seen):
-            over = np.maximum(over, 0.0)
-        over[t.missing()] = 0.0
-        over[contacts_of(t.scene).covered(t.field.points, t.field.node_surface)] = 0.0  # nobody sees them
-        return (over / np.maximum(sums, 1e-300))[:, None] * received
 
     def _judge(self):
         """Error and its parts from the points looked at -> Residual; yields."""

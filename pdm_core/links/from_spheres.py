@@ -36,11 +36,9 @@ class FromSpheres:
         f = self.field
         local = f.on.local(s, x)
         distance = np.maximum(np.linalg.norm(local, axis=1), 1.0)
-        e1, e2, axis = np.moveaxis(frames(unit(-local)), 1, 0)
+        axis, circle = _around(-local, turns)
         u, wu = gauss_legendre(rings)
         sin2 = u[None] / distance[:, None] ** 2
-        turn = (np.arange(turns) + 0.5) * (2 * np.pi / turns)
-        circle = np.cos(turn)[:, None] * e1[:, None] + np.sin(turn)[:, None] * e2[:, None]
         cosine = np.sqrt(1 - sin2)[:, :, None, None]
         d = np.sqrt(sin2)[:, :, None, None] * circle[:, None] + cosine * axis[:, None, None]
         world = np.einsum("nij,nabj->nabi", f.on.linear[s], d)
@@ -75,10 +73,8 @@ class FromSpheres:
                 yield self._sample_dome(x[k], n[k], s, factor[k], k, occluders[part], rings, turns)
 
     def _sample_dome(self, x, n, s, factor, r, occluders, rings, turns):
-        e1, e2, axis = np.moveaxis(frames(unit(n)), 1, 0)
+        axis, circle = _around(n, turns)
         u, wu = gauss_legendre(rings)
-        turn = (np.arange(turns) + 0.5) * (2 * np.pi / turns)
-        circle = np.cos(turn)[:, None] * e1[:, None] + np.sin(turn)[:, None] * e2[:, None]
         d = np.sqrt(u)[:, None, None] * circle[:, None] + np.sqrt(1 - u)[:, None, None] * axis[:, None, None]
         local = (x - self.field.on.origin[s]) @ self.field.on.inverse[s].T
         step = d @ self.field.on.inverse[s].T
@@ -92,3 +88,10 @@ class FromSpheres:
         weight = weight * (factor / weight.sum(axis=(1, 2)))[:, None, None]
         hit = (local[:, None, None] + length[..., None] * step).reshape(-1, 3)
         return self._spread(np.full(len(hit), s), hit, weight, r)
+
+
+def _around(direction, turns):
+    """direction (n, 3) -> unit axis (n, 3), and so many unit vectors across it, evenly around, (n, turns, 3)."""
+    e1, e2, axis = np.moveaxis(frames(unit(direction)), 1, 0)
+    turn = (np.arange(turns) + 0.5) * (2 * np.pi / turns)
+    return axis, np.cos(turn)[:, None] * e1[:, None] + np.sin(turn)[:, None] * e2[:, None]

@@ -168,6 +168,20 @@ class Transport:
         """Rows (k,) are to be made anew, or all."""
         self.rows = Rows() if rows is None else self.rows.without(rows)
 
+    def from_nothing(self, received):
+        """(n nodes, 3) What rows make or lose of the light received by them (n nodes, 3), where shapes run through each
+        other: factors of all that is seen then do not sum to 1. Where not all of them are known, what is made alone."""
+        sums = self.rows.times(np.ones((len(self.sent.keys), 1)))[:, 0]
+        seen = np.setdiff1d(np.flatnonzero(self.reached), self.reflectors)  # by no row
+        known = np.isin(self.lights, seen)
+        others = self.fractions[:, np.append(known, self.background)].sum(axis=1)[self.sent.find(self.field.keys)]
+        over = sums + others - 1
+        if not self.background or known.sum() < len(seen):
+            over = np.maximum(over, 0.0)
+        over[self.missing()] = 0.0
+        over[contacts_of(self.scene).covered(self.field.points, self.field.node_surface)] = 0.0  # nobody sees them
+        return (over / np.maximum(sums, 1e-300))[:, None] * received
+
     @property
     def crowded(self):
         """Whether rows take so much of the memory that the next may not fit."""

@@ -6,7 +6,7 @@ import copy
 import numpy as np
 
 from ..each_surface import TOLD
-from ..read_off import materials_at, spread_points
+from ..read_off import drawn, materials_at, spread_points
 from ..signs_of_life import in_thread
 from .amplified import passed_on
 from .engine import DIM
@@ -156,8 +156,6 @@ def check_points(scene, reflects, count):
         return np.zeros(0, int), np.zeros((0, 3)), np.zeros(0)
     area = scene.areas[some]
     share = area / area.sum() / 2 + 1 / (2 * len(some))
-    edges = np.cumsum(share)
-    pick = np.searchsorted(edges, (np.arange(count) + rng.random(count)) / count * edges[-1])
-    pick = np.minimum(pick, len(some) - 1)
+    pick = drawn(share, count, rng)
     surface = some[pick]
     return surface, spread_points(scene, surface, rng), area[pick] / (share[pick] * count)
