@@ -93,8 +93,7 @@ class PDM_OT_scan(Idle, Operator):
             with object_mode(context):
                 scan = look_at_scene(context)
         except SceneError as error:
-            self.report({"ERROR"}, told(str(error)))
-            return {"CANCELLED"}
+            return self.refuse(error)
         context.scene.pdm_radiosity.keep_scan(scan)
         objects = many(len(scan["objects"]), "object", "objects")
         self.report({"INFO"}, say("{} recognised, {} refused", objects, len(scan["refused"])))

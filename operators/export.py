@@ -8,7 +8,7 @@ import numpy as np
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Operator
 
-from .modal_steps import Idle
+from .modal_steps import AfterBake
 from .reading.preview_nodes import new_material
 from .told import told
 from .words import many, say
@@ -17,7 +17,7 @@ ENDINGS = {"GLTF": ".glb", "FBX": ".fbx", "OBJ": ".obj"}
 ADD_ONS = {"GLTF": "glTF 2.0", "FBX": "FBX", "OBJ": "OBJ"}
 
 
-class PDM_OT_export(Idle, Operator):
+class PDM_OT_export(AfterBake, Operator):
     """Write the baked objects with their colours for other programs. The scene stays as it is"""
 
     bl_idname = "pdm.export"
@@ -41,13 +41,6 @@ class PDM_OT_export(Idle, Operator):
     )
     filter_glob: StringProperty(default="*.glb;*.fbx;*.obj", options={"HIDDEN"})
 
-    @classmethod
-    def poll(cls, context):
-        if context.scene is None or not context.scene.pdm_radiosity.last_report:
-            cls.poll_message_set("Bake first")
-            return False
-        return super().poll(context)
-
     def invoke(self, context, event):
         if not self.filepath:
             self.filepath = os.path.splitext(bpy.data.filepath)[0] or "baked"
@@ -68,11 +61,9 @@ class PDM_OT_export(Idle, Operator):
         objects = [context.view_layer.objects.get(o["name"]) for o in report["objects"] if o["baked"]]
         objects = [obj for obj in objects if obj is not None and attribute in obj.data.color_attributes]
         if not objects:
-            self.report({"ERROR"}, told(f"No object has the colours {attribute!r} of the last bake; bake again"))
-            return {"CANCELLED"}
+            return self.refuse(f"No object has the colours {attribute!r} of the last bake; bake again")
         if problem := _problem(context, objects):
-            self.report({"ERROR"}, told(problem))
-            return {"CANCELLED"}
+            return self.refuse(problem)
         self.check(context)
         is_unlit = self.format == "GLTF" and report["settings"]["quantity"] == "RADIANCE"
         try:
@@ -85,8 +76,7 @@ class PDM_OT_export(Idle, Operator):
                     _write(self.format, bpy.path.abspath(self.filepath))
         except (RuntimeError, AttributeError) as error:
             name = ADD_ONS[self.format]
-            self.report({"ERROR"}, told(f"{name} was not written: {str(error).strip()}; is the add-on {name} enabled?"))
-            return {"CANCELLED"}
+            return self.refuse(f"{name} was not written: {str(error).strip()}; is the add-on {name} enabled?")
         if cut:
             colours = many(cut, "colour", "colours")
             text = say("{} above 1 clipped, which {} cannot hold: lower the exposure", colours, self.format)

@@ -7,7 +7,6 @@ from bpy.types import Operator
 
 from .listed import LABELS, instanced, select_alone
 from .modal_steps import Idle
-from .told import told
 from .words import say
 
 
@@ -26,17 +25,13 @@ class PDM_OT_mend(Idle, Operator):
         if self.way == "REAL" and obj is None:
             obj = _instancer(context, self.object)
         if obj is None:
-            self.report({"ERROR"}, told(f"Object {self.object!r} is not in this view layer; scan the scene again"))
-            return {"CANCELLED"}
+            return self.refuse(f"Object {self.object!r} is not in this view layer; scan the scene again")
         if obj.mode != "OBJECT":
-            text = f"Object {obj.name!r} is in {obj.mode.title()} Mode; switch to Object Mode first"
-            self.report({"ERROR"}, told(text))
-            return {"CANCELLED"}
+            return self.refuse(f"Object {obj.name!r} is in {obj.mode.title()} Mode; switch to Object Mode first")
         try:
             _MEND[self.way](context, obj)
         except RuntimeError as error:
-            self.report({"ERROR"}, told(f"Object {self.object!r}: {str(error).strip()}"))
-            return {"CANCELLED"}
+            return self.refuse(f"Object {self.object!r}: {str(error).strip()}")
         self.report({"INFO"}, f"{self.object}: {say(LABELS[self.way])}")
         return {"FINISHED"}
 

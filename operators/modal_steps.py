@@ -89,6 +89,22 @@ class Idle:
             cls.poll_message_set("A bake is running")
         return current.stage is None and context.scene is not None
 
+    def refuse(self, text):
+        """Says why nothing is done."""
+        self.report({"ERROR"}, told(str(text)))
+        return {"CANCELLED"}
+
+
+class AfterBake(Idle):
+    """Mixed into operators on what was baked."""
+
+    @classmethod
+    def poll(cls, context):
+        if context.scene is None or not context.scene.pdm_radiosity.last_report:
+            cls.poll_message_set("Bake first")
+            return False
+        return super().poll(context)
+
 
 class Steps(Idle):
     """Mixed into operators whose work is a generator of Stages. make_steps(context) is the generator, done(context,
@@ -179,8 +195,7 @@ class Steps(Idle):
     def fail(self, error):
         """Said by the panel too: of what runs in a window Blender tells only for a moment, in the status bar."""
         current.problem = str(error) if self.in_window else ""
-        self.report({"ERROR"}, told(str(error)))
-        return {"CANCELLED"}
+        return self.refuse(error)
 
 
 def status():

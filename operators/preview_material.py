@@ -4,7 +4,7 @@ import bpy
 from bpy.props import BoolProperty
 from bpy.types import Operator
 
-from .modal_steps import Idle
+from .modal_steps import AfterBake
 from .reading.preview_nodes import MADE, MARK, add_preview, has_preview, make_material, remove_preview
 from .told import told
 from .words import many, say
@@ -12,7 +12,7 @@ from .words import many, say
 NAME = "Baked Light"  # of the material that objects without one get
 
 
-class PDM_OT_preview_material(Idle, Operator):
+class PDM_OT_preview_material(AfterBake, Operator):
     """Show the baked colours in EEVEE and Cycles: adds nodes to the materials of the baked objects, which are taken out
     again by Remove Preview. The bake does not take them for light"""
 
@@ -23,13 +23,6 @@ class PDM_OT_preview_material(Idle, Operator):
     remove: BoolProperty(
         name="Remove", description="Take the preview out of all materials instead", default=False, options={"SKIP_SAVE"}
     )
-
-    @classmethod
-    def poll(cls, context):
-        if not context.scene.pdm_radiosity.last_report:
-            cls.poll_message_set("Bake first")
-            return False
-        return super().poll(context)
 
     def execute(self, context):
         if self.remove:

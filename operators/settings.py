@@ -47,7 +47,6 @@ class BakeProperties:
             "Seconds of reading and solving, then the best result so far is baked with its estimated error. "
             "0 sets no limit"
         ),
-        default=0.0,
         min=0.0,
         soft_max=600.0,
         step=100,
@@ -93,7 +92,6 @@ class BakeProperties:
     exposure: FloatProperty(
         name="Exposure",
         description="Stops: the colours are multiplied by 2 to the power of this. 0 keeps the physical values",
-        default=0.0,
         min=-32.0,
         max=32.0,
         soft_min=-10.0,
@@ -113,7 +111,6 @@ class BakeProperties:
     layer: StringProperty(
         name="Layer",
         description="Name of the colour layer that the light is multiplied into or added to. It stays as it is",
-        default="",
     )
     heat_map: BoolProperty(
         name="Error Map",
@@ -121,7 +118,6 @@ class BakeProperties:
             "Also write a second attribute, its name followed by Error: each vertex's estimated error as a colour, "
             "from violet, none, to yellow, the largest"
         ),
-        default=False,
     )
     passes: EnumProperty(
         name="Passes",
@@ -148,7 +144,6 @@ class BakeProperties:
         description=(
             "Objects that share a mesh are each baked on a copy of their own. Otherwise the first one's bake is all's"
         ),
-        default=False,
     )
     apply_modifiers: BoolProperty(
         name="Apply Modifiers",
@@ -156,7 +151,6 @@ class BakeProperties:
             "Modifiers that add, remove or join vertices or faces are applied, and the result is baked. "
             "Otherwise such an object takes part in the light and is not baked"
         ),
-        default=False,
     )
 
 
@@ -212,7 +206,6 @@ class PDM_PG_scene(BakeProperties, PropertyGroup):
             "Keep what the next bake finds out about the geometry in memory: then a new colour, emission, light or "
             "world strength is in the colours at once, until something moves"
         ),
-        default=False,
         update=_switch_live,
     )
     last_report: StringProperty(

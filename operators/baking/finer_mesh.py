@@ -10,6 +10,7 @@ import bmesh
 import numpy as np
 
 from ..reading.mesh_arrays import arrays_of
+from ..reading.mesh_spheres import on_sphere
 from .round_places import spheres_of
 
 NORMAL = "pdm normal"  # attribute that carries custom normals over
@@ -77,8 +78,7 @@ def _refine_sphere(work, points, vertices, grid, times):
         vert[ring] = k
 
     def place(new, rings, segments):
-        theta, phi = np.pi * rings / grid.rings, 2 * np.pi * segments / grid.segments
-        unit = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+        unit = on_sphere(rings, segments, grid.rings, grid.segments)
         for vert, co in zip(new, (unit @ linear + origin).tolist(), strict=True):
             vert.co = co
 

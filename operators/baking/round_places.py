@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..reading.mesh_shapes import find_shapes
-from ..reading.mesh_spheres import SphereShape, find_sphere
+from ..reading.mesh_spheres import SphereShape, find_sphere, on_sphere
 from ..reading.mesh_topology import MeshArrays, NotRecognised
 
 
@@ -44,9 +44,7 @@ class RoundPlaces:
 
     def place(self, ring, turn):
         """(k, 3) m, local."""
-        theta, phi = np.pi * ring / self.rings, 2 * np.pi * turn / self.segments
-        unit = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-        return unit @ self.linear + self.origin
+        return on_sphere(ring, turn, self.rings, self.segments) @ self.linear + self.origin
 
     def extend(self, a, b):
         """New vertices, each between vertices a and b (k,)."""

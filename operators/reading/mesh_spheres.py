@@ -9,7 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from .mesh_spheres_cut import cut_places
+from .mesh_spheres_cut import across, cut_places
 from .mesh_topology import NotRecognised
 
 # Blender turns one meridian round in float32: vertices drift up to 1.1e-5 of the radius at 512 x 256 segments
@@ -52,14 +52,19 @@ class Grid:
     @cached_property
     def ideal(self):
         """(n, 3) on the unit sphere."""
-        theta, phi = np.pi * self.k / self.rings, 2 * np.pi * self.j / self.segments
-        return np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+        return on_sphere(self.k, self.j, self.rings, self.segments)
 
     @cached_property
     def least_squares(self):
         """(4, n): vertices to the affine map of `ideal` that is nearest to them, its linear part and its origin."""
         rows = np.column_stack([self.ideal, np.ones(len(self.ideal))])
         return np.linalg.solve(rows.T @ rows, rows.T)
+
+
+def on_sphere(ring, segment, rings, segments):
+    """(n, 3) on the unit sphere at rings and segments (n,), of so many."""
+    theta, phi = np.pi * ring / rings, 2 * np.pi * segment / segments
+    return np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
 
 
 def find_sphere(mesh, grids):
@@ -158,10 +163,7 @@ def _grid(mesh, north, south, segments, rings):
     x = mesh.vertices - (mesh.vertices[north] + mesh.vertices[south]) / 2
     axis = x[north]
     # seen along the axis, in two coordinates across it, ring k is sin(theta_k) times one affine image of the circle
-    across = np.linalg.svd(axis[None])[2][1:]
-    if np.dot(np.cross(across[0], across[1]), axis) < 0:
-        across = across[::-1]  # right-handed with the axis
-    q = x @ across.T
+    q = x @ across(axis).T
     try:
         q = np.linalg.solve(np.linalg.cholesky(q.T @ q * 4 / (segments * rings)), q.T).T
     except np.linalg.LinAlgError:  # no extent across the axis

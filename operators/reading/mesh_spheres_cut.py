@@ -75,13 +75,16 @@ def _axes(mesh, unit):
     return list(zip(tried[some].tolist(), south[some].tolist(), strict=True))
 
 
+def across(axis):
+    """(2, 3) unit vectors across an axis (3,), right-handed with it."""
+    vectors = np.linalg.svd(axis[None])[2][1:]
+    return vectors if np.dot(np.cross(*vectors), axis) >= 0 else vectors[::-1]
+
+
 def _places(unit, north, south):
     """Yields rings, segments, k (n,) and j (n,) about an axis."""
     axis = unit[north]
-    across = np.linalg.svd(axis[None])[2][1:]
-    if np.dot(np.cross(across[0], across[1]), axis) < 0:
-        across = across[::-1]
-    q = unit @ across.T
+    q = unit @ across(axis).T
     sine = np.hypot(*q.T)
     theta = np.arctan2(sine, unit @ axis)
     poles = np.array([north, south])

@@ -18,7 +18,7 @@ from ...pdm_core.signs_of_life import mapped
 from ..baking.bake import Stage, baked_before, check_light, find_targets
 from ..baking.bake_points import bake_points, corners_of, joined
 from ..baking.colour_attribute import BakeError
-from ..baking.report import plain, version
+from ..baking.report import FORETOLD, plain, version
 from ..reading.read_scene import read_steps
 from .convergence_page import CYCLES, EXACT, PUBLISHED
 from .cycles_beside import cycles_steps
@@ -254,7 +254,8 @@ def result_steps(context, reading, places, keep, reference, plan):
     """
     solution, (at_vertices, everywhere) = reference
     own = places.split(materials_at(reading.scene, places.surface, places.points)[1])
-    unsure = yield from _unsure(solution, places)
+    steps = solution.estimated_error_steps(*places.vertices)
+    unsure = yield from mapped(steps, lambda done: Stage("Estimating errors", done, np.inf))
     runs = []
     for run in keep.runs:
         values = run.pop("values")
@@ -270,18 +271,12 @@ def result_steps(context, reading, places, keep, reference, plan):
         "plan": list(plan.lines), "said": keep.said, "warnings": reading.warnings + solution.warnings,
         "refused": [{"name": name, "reason": reason} for name, reason in reading.refused],
         "vertices": len(places.names), "floor": solution.error, "runs": runs,
-        "foretold": {f"{t:g}": solution.seconds_to(t) for t in (0.01, 0.005, 0.0025)},
+        "foretold": {f"{t:g}": solution.seconds_to(t) for t in FORETOLD},
         "objects": [
             {"name": o.name, "label": o.label, "error": solution.error_over(o.surfaces)} for o in reading.objects
         ],
         **_where(solution, places, unsure, at_vertices, own[0]),
     })  # fmt: skip
-
-
-def _unsure(solution, places):
-    """Estimated errors (k,) at the baked vertices; yields."""
-    steps = solution.estimated_error_steps(*places.vertices)
-    return (yield from mapped(steps, lambda done: Stage("Estimating errors", done, np.inf)))
 
 
 def _where(solution, places, error, light, own):

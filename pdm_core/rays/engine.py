@@ -90,11 +90,6 @@ class RayState:
         self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
         yield from in_thread(self.link)
 
-    def take_nodes(self, nodes, count=None):
-        """Finer nodes in place of those that they were made from, all with `count` directions where given; yields."""
-        self.nodes = nodes
-        yield from self.extend(nodes.old, count)
-
     def trace_anew(self, count):
         """Rays of all nodes along so many directions; yields."""
         self.traced = Traced(len(self.nodes), directions(count))

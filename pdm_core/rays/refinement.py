@@ -36,7 +36,8 @@ def improve(check):
     count = finer_directions(state, excess["nodes"]) if excess["nodes"] > 1 else None
     finer = (yield from finer_nodes(check, excess["sent"], count)) if excess["sent"] > 1 else None
     if finer is not None:
-        yield from state.take_nodes(finer, count)
+        state.nodes = finer
+        yield from state.extend(finer.old, count)
     elif count is not None:
         yield from state.trace_anew(count)
     return did or finer is not None or count is not None
