@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .mesh_clean import MOST_CUT
 from .mesh_flat import CREASE, FlatGroups, dot
 from .mesh_topology import connected, length
 
@@ -21,7 +22,6 @@ LARGE = 10  # times the median area of its chain: a group is flat all the same, 
 HUGE = 100  # and so many times however it is shaded
 SHADED_FLAT = 0.1  # rad; shading normals of something flat are off by no more
 SAME_SHADING = 1e-2  # shading normals on both sides of an edge that differ by less are one
-MOST_FLAT = 1000  # flat groups in an object; with more, those of less than one such part of its area are left to a mesh
 
 
 def curved(groups, unit, sine, source, shading):
@@ -46,8 +46,9 @@ def curved(groups, unit, sine, source, shading):
         out |= _chained(shaded, links, smooth, FEWEST_SMOOTH)
     out |= _remnants(shaded, out)
     mesh = groups.faces.mesh[groups.first]
-    many = np.bincount(mesh, ~out) > MOST_FLAT
-    return out | (many[mesh] & (groups.area < np.bincount(mesh, groups.area)[mesh] / MOST_FLAT))
+    # of very many flat groups in an object, those of less than one such part of its area are left to a mesh
+    many = np.bincount(mesh, ~out) > MOST_CUT
+    return out | (many[mesh] & (groups.area < np.bincount(mesh, groups.area)[mesh] / MOST_CUT))
 
 
 @dataclass(frozen=True, eq=False)

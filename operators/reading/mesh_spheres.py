@@ -9,14 +9,13 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from .mesh_spheres_cut import across, cut_places
+from .mesh_spheres_cut import MOST_AXES, across, cut_places
 from .mesh_topology import NotRecognised
 
 # Blender turns one meridian round in float32: vertices drift up to 1.1e-5 of the radius at 512 x 256 segments
 DRIFT = 3e-5
 TYPED = 3e-4  # of the radius: files of text keep six decimals of a metre, .2 mm of a marble of 3 mm radius at most
 COARSEST = 1e-2  # of the semi-axis: with more rounding than this an edited sphere could not be told from a true one
-MOST_POLES = 16  # vertices to try as a pole
 ROUND = 1e-5  # semi-axes that agree to this come from an even scale
 
 
@@ -120,7 +119,7 @@ def _poles(mesh):
     slack = TYPED * np.abs(offset).max() + 10 * mesh.rounding[0]
     # where only two vertices have a valence they are the poles; a smooth mesh may have thousands that look alike
     many = np.bincount(valence)[valence[may_be]] > 2
-    likeliest = np.lexsort((miss, many))[:MOST_POLES]
+    likeliest = np.lexsort((miss, many))[:MOST_AXES]
     pairs, seen = [], set()
     for north in may_be[likeliest[miss[likeliest] <= slack]].tolist():
         distance = np.linalg.norm(offset + offset[north], axis=1)

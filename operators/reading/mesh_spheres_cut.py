@@ -11,7 +11,7 @@ import numpy as np
 ROUGH = 1e-4  # of the radius: vertices off the ellipsoid or the rings, before the map to them is known exactly
 APART = 4 * ROUGH  # rad between two levels
 STEEP = 0.3  # sine of a vertex's angle to the axis from which on its turn is known well
-MOST_AXES = 16  # pairs of vertices to try as poles
+MOST_AXES = 16  # vertices, or pairs of them, to try as poles
 MOST_TRIED, LEAST_TRIED = 4_000_000, 64  # angles between vertices looked at, and vertices in any case
 FINEST = 12  # halvings
 SAMPLE = 1000  # vertices looked at first

@@ -9,7 +9,7 @@ from ..at_once import in_turn, runs
 
 PER_CELL = 2.0  # receivers
 CELLS = 250  # along each axis at most: their product, planes side by side, fits the sixteen bits that are sorted fast
-TABLE = 64, 16, 4096  # entries of the table that finds shapes' cells: at least, for each line, at most
+TABLE = 16  # entries, for each line, of the table that finds shapes' cells
 SAMPLED = 4096  # receivers whose places tell the quantiles
 CANDIDATES = 1 << 15  # pairs tested at once
 SIDE_BY_SIDE = 8192, 16384, 16  # places and shapes in all planes together, and planes, at most
@@ -64,7 +64,7 @@ def pairs_of(x, y, low, high, parted=()):
 def _span(lines, least, most, low, high):
     """The first and the last of the cells between lines, of places from least to most, that low..high (m,) may meet: by
     a table of evenly spaced places, not by a search for each."""
-    entries = int(np.clip(TABLE[1] * len(lines), TABLE[0], TABLE[2]))
+    entries = TABLE * max(len(lines), 1)
     edges = np.linspace(least, most, entries + 1)
     first, last = np.searchsorted(lines, edges[:-1], "left"), np.searchsorted(lines, edges[1:], "right")
     scale = entries / (most - least) if most > least else 0.0
