@@ -67,18 +67,14 @@ def _materials(objects):
             obj.data.materials.append(None)
         for slot in obj.material_slots:
             if slot.material is None:
-                slot.material = _made()
+                made = (m for m in bpy.data.materials if m.get(MARK) == MADE)  # one for all
+                slot.material = next(made, None) or make_material(NAME)
             material = slot.material
             if material.library is not None:
                 linked.append(material.name)
             else:
                 found[material.name_full] = material
     return list(found.values()), sorted(set(linked))
-
-
-def _made():
-    """The one material made for objects without any."""
-    return next((m for m in bpy.data.materials if m.get(MARK) == MADE), None) or make_material(NAME)
 
 
 def _take_away(material):

@@ -86,14 +86,6 @@ def same(a, b, what):
     return a is b or not (callable(a) or callable(b)) and np.array_equal(a, b)
 
 
-def check_room(size):
-    """Raises SceneError where more would be kept than may be."""
-    if size > MOST:
-        raise SceneError(
-            f"Live light would keep more than {MOST / 1e9:g} GB; bake fewer vertices, or to a larger error"
-        )
-
-
 class KeptGroups(Kept):
     """Light that comes from sources at once, and by way of groups of nodes, neighbours on one surface, whose matrix is
     small. What falls where within a group stays as the solution had it: under its own light nothing is lost.
@@ -111,7 +103,10 @@ class KeptGroups(Kept):
         self.part = weight / np.maximum(np.bincount(of, weight, self.count), 1e-300)[of]
         self.group_surface = np.zeros(self.count, int)
         self.group_surface[of] = node_surface
-        check_room(4 * (len(points) * (self.count + channels * sources) + self.count**2))
+        if 4 * (len(points) * (self.count + channels * sources) + self.count**2) > MOST:
+            raise SceneError(
+                f"Live light would keep more than {MOST / 1e9:g} GB; bake fewer vertices, or to a larger error"
+            )
         self.factor = np.zeros((len(points), sources, channels), np.float32)
         self.rows = np.zeros((len(points), self.count), np.float32)
         self.group_rows = np.zeros((self.count, self.count), np.float32)

@@ -6,20 +6,15 @@ import numpy as np
 
 from .links.approach import Approach
 
-
-def _all_channels(approach):
-    """Every colour channel is solved, though some are multiples of others."""
-    approach.light.channels = np.arange(3), np.eye(3)
-
-
-def _dark(approach):
-    """Surfaces that no light reaches are looked at as the others are."""
-    approach.transport.reached = np.ones(len(approach.scene), bool)
-
-
 ITEMS = {  # of plan.counts: what is done all the same, and what is left out where it is so
-    "colour channels that are multiples of others": (_all_channels, lambda counts: counts["channels"] < 3),
-    "surfaces that no light reaches": (_dark, lambda counts: counts["dark"] > 0),
+    "colour channels that are multiples of others": (
+        lambda approach: setattr(approach.light, "channels", (np.arange(3), np.eye(3))),
+        lambda counts: counts["channels"] < 3,
+    ),
+    "surfaces that no light reaches": (
+        lambda approach: setattr(approach.transport, "reached", np.ones(len(approach.scene), bool)),
+        lambda counts: counts["dark"] > 0,
+    ),
 }
 
 

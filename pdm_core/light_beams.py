@@ -73,7 +73,8 @@ def _triangle(p, q, flat, up, reach, rule):
     distance, away = np.abs(distance), away * side[:, None]
     first, last = (np.arctan2(np.einsum("ij,ij->i", e, along), distance) for e in (p, q))
     ahead, aside = np.einsum("ij,ij->i", flat, away), np.einsum("ij,ij->i", flat, along)
-    kinks = [*_circle_meets(distance, reach), *_horizon_meets(distance, reach, ahead, aside, up)]
+    leaves = np.arccos(np.clip(distance / reach, 0.0, 1.0))  # the angle at which the edge leaves the circle
+    kinks = [-leaves, leaves, *_horizon_meets(distance, reach, ahead, aside, up)]
     kinks = np.sort(np.clip(np.stack([first, *kinks, last]), first, last), axis=0)
     angle, weights = _along_edge(kinks, distance, reach, *rule)
     outline = distance[:, None] / np.maximum(np.cos(angle), 1e-300)
@@ -94,12 +95,6 @@ def _along_edge(kinks, distance, reach, nodes, weights):
     bend = np.where(inside, place, 0.0)
     angle = np.where(inside, np.arctan(np.sinh(bend)), place)
     return angle, (high - low)[..., None] * weights / np.cosh(bend)
-
-
-def _circle_meets(distance, reach):
-    """The angles at which an edge leaves the circle of radius reach."""
-    angle = np.arccos(np.clip(distance / reach, 0.0, 1.0))
-    return -angle, angle
 
 
 def _horizon_meets(distance, reach, ahead, aside, up):

@@ -44,9 +44,6 @@ class Rows:
     def __init__(self, blocks=(), count=0, dropped=()):
         self.blocks, self.count, self.dropped = list(blocks), count, np.array(dropped, int)
 
-    def __len__(self):
-        return self.count
-
     def grown(self, blocks, count):
         """With more blocks, and `count` rows in all; rows in no block are zero."""
         return Rows([*self.blocks, *blocks], count)

@@ -23,7 +23,8 @@ class Progress(namedtuple("Progress", "fraction error seconds")):
 
     @classmethod
     def of(cls, target_error, error, seconds, best):
-        step = cls(_fraction(error, target_error), error, seconds)
+        known = np.isfinite(error) and error > 0  # a rough guide, as the cost of what is left is not known
+        step = cls(float(np.clip(target_error / error, 0.0, 1.0)) if known else 0.0, error, seconds)
         step.best = best
         return step
 
@@ -35,7 +36,10 @@ def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False)
     enough(): asked at every step; True ends with the best so far, once there is one. At the step that first tells of a
     better one nothing else is at work: it may be read before the next.
     """
-    target_error, time_limit = _check(scene, target_error, time_limit)
+    of_kind(scene, Scene, "solve")
+    target_error = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
+    if time_limit is not None:
+        time_limit = number(time_limit, "time_limit", "seconds above 0, or None for no limit", above=0)
     choice = choose(scene, target_error)
     if choice.by_rays:
         steps = ray_steps(scene, target_error, time_limit, choice.why, enough)
@@ -52,18 +56,3 @@ def solve(scene, target_error=1e-2, time_limit=None, progress=None):
         raise SceneError(f"progress is {progress!r}; give a function of (fraction, error, seconds), or None")
     steps = solve_steps(scene, target_error, time_limit)
     return finish(steps, progress and (lambda step: progress(*step)))
-
-
-def _check(scene, target_error, time_limit):
-    of_kind(scene, Scene, "solve")
-    target_error = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
-    if time_limit is not None:
-        time_limit = number(time_limit, "time_limit", "seconds above 0, or None for no limit", above=0)
-    return target_error, time_limit
-
-
-def _fraction(error, target_error):
-    """How much is done, from the error: a rough guide, as the cost of what is left is not known."""
-    if not np.isfinite(error) or error <= 0:
-        return 0.0
-    return float(np.clip(target_error / error, 0.0, 1.0))

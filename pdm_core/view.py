@@ -129,12 +129,6 @@ def visible_factors(table, points, normals, source, corners=None, occluders=None
     return out
 
 
-def _groups(number):
-    """Rows with number (m,) > 0 entries, ascending, in groups of about CACHED entries or of one row."""
-    rows = np.nonzero(number)[0]
-    return [rows[some] for some in runs(number[rows], CACHED)]
-
-
 def _batch(table, x, n, source, corners, occluders, sky, counts, met):
     m = x.shape[1]
 
@@ -160,7 +154,8 @@ def _batch(table, x, n, source, corners, occluders, sky, counts, met):
     if corners is not None:  # the rest get nothing
         number[~covers_directions(corners, dot(n[:, None], corners), table.tolerance)] = 0
         pair, occluder = pair[number[pair] > 0], occluder[number[pair] > 0]
-    for group in _groups(number):
+    rows = np.nonzero(number)[0]
+    for group in (rows[some] for some in runs(number[rows], CACHED)):
         e = slice(*np.searchsorted(pair, [group[0], group[-1] + 1]))
         out[group] = _visible(table, *pick(group), np.searchsorted(group, pair[e]), occluder[e])
     out = np.maximum(out, 0.0)

@@ -33,7 +33,9 @@ class Shafts:
         # a plane with the whole scene on one side, a wall, comes between nothing
         wall = (self.low >= -self.eps).all(axis=1) | (self.high <= self.eps).all(axis=1)
         self.obstacle = ~wall
-        self.not_behind = self._not_behind()
+        sign = self.sign[:, None]
+        # (surfaces, shapes) False where the shape lies wholly behind the surface, a plane
+        self.not_behind = np.maximum(sign * self.low[self.shape], sign * self.high[self.shape]) > self.eps
         self.shell = np.zeros((len(scene), len(scene.shapes)), bool)
         self.shell[contacts_of(scene).shells] = True  # its own sphere hides what reaches out of it from a surface
         self.against = np.zeros((len(scene), len(scene.shapes)), bool)
@@ -82,11 +84,6 @@ class Shafts:
         ahead = self.not_behind[a, self.shape] & self.not_behind[:, self.shape[a]]
         other = self.shape != self.shape[a]
         return ahead & (other | ((everyone == a) & self.inside[a]))
-
-    def _not_behind(self):
-        """(surfaces, shapes) False where the shape lies wholly behind the surface, a plane."""
-        sign = self.sign[:, None]
-        return np.maximum(sign * self.low[self.shape], sign * self.high[self.shape]) > self.eps
 
     def _near_axis(self, centre, radius, sb):
         """False where the shape's bounding sphere misses the hull of spheres (p, 3), (p,) and those around sb (p,)."""

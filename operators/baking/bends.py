@@ -64,18 +64,14 @@ class Bent:
         weight = np.concatenate([np.eye(3)[corner], (1 - np.eye(3)[(edge + 2) % 3]) / 2])
         local = np.concatenate([self.places.at[parts.corner[triangle, corner]], self.places.between(*ends)])
         placed = self._placed(np.concatenate([triangle, halves]), in_world(self.matrix, local), weight)
-        first, of = _each_once(
-            np.concatenate([parts.corner[triangle, corner], -1 - self._edge()[halves, edge]]), placed
-        )
+        edges = parts.arrays.edge.reshape(-1, 3)[halves, edge]
+        first, of = _each_once(np.concatenate([parts.corner[triangle, corner], -1 - edges]), placed)
 
         def take(light):
             parts.values["light"][triangle, corner] = light[of[: len(triangle)]]
             parts.middle["light"][halves, edge] = light[of[len(triangle) :]]
 
         return tuple(part[first] for part in placed), take
-
-    def _edge(self):
-        return self.parts.arrays.edge.reshape(-1, 3)
 
     def _placed(self, triangle, points, weight):
         """Places at points (n, 3) m with weights (n, 3) in triangles (n,)."""

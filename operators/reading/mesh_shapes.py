@@ -292,15 +292,11 @@ class _Source:
         low = vertex.min()
         is_used = np.zeros(vertex.max() + 1 - low, bool)
         is_used[vertex - low] = True
-        normals = shading[corner] if shading is not None else _thrice(self.unit[self.found.triangle_face[triangle]])
+        own = self.unit[self.found.triangle_face[triangle]]
+        normals = shading[corner] if shading is not None else own[:, None].repeat(3, axis=1)
         faces = int(np.count_nonzero(np.diff(of.polygons[corner[:, 0]], prepend=-1)))
         vertices = of.vertices[low + np.flatnonzero(is_used)]
         return MeshShape(vertices, (np.cumsum(is_used) - 1)[vertex - low], normals, faces)
-
-
-def _thrice(rows):
-    """(t, 3) -> (t, 3, 3) for the corners of triangles"""
-    return rows[:, None].repeat(3, axis=1)
 
 
 def _all_differ(vertex):

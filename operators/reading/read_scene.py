@@ -104,7 +104,8 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
     is_lit = callable(background) or np.any(background) or bool(lamps.lights or suns)
     settle_pictures(gathered.looks, is_lit)
     found = yield from _recognise(gathered.raw, reading)
-    accepted = yield from mapped(in_thread(_accepted, found, gathered.looks, baked, reading), lambda _: 1.0)
+    steps = in_thread(lambda: accept_pieces(_pieces(found, gathered.looks, baked, reading), SINGLE))
+    accepted = yield from mapped(steps, lambda _: 1.0)
     reading.refused += accepted.refused
     reading.warnings += [f"Object {mesh.name!r}: {text}" for mesh, _ in accepted.taken for text in mesh.warnings]
     reading.warnings += accepted.warnings
@@ -148,10 +149,6 @@ def _gather_steps(context, objects, baked, make_single_user, apply_modifiers):
         reading = Reading(None, [], gathered.refused, gathered.warnings, hidden)
         lamps = _lamps(visible, depsgraph, reading)
     return reading, gathered, lamps, wanted
-
-
-def _accepted(found, looks, baked, reading):
-    return accept_pieces(_pieces(found, looks, baked, reading), SINGLE)
 
 
 def _scene_of(pieces, background, lights):

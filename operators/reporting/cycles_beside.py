@@ -36,7 +36,8 @@ def cycles_steps(context, reading, targets, seconds):
             end = time.perf_counter() + seconds
             while process.poll() is None and time.perf_counter() < end:
                 time.sleep(TICK)
-                yield f"Cycles, {_done(folder) or 'starting'}"
+                done = [count for count in SAMPLES if os.path.exists(_path(folder, count))]
+                yield f"Cycles, {done[-1]} samples done" if done else "Cycles, starting"
         finally:
             if process.poll() is None:
                 process.kill()
@@ -57,11 +58,6 @@ def _command(copy, folder, names):
 
 def _path(folder, count):
     return os.path.join(folder, f"{count}.npz")
-
-
-def _done(folder):
-    done = [count for count in SAMPLES if os.path.exists(_path(folder, count))]
-    return f"{done[-1]} samples done" if done else ""
 
 
 def _run(folder, count, reading, targets):

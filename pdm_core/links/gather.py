@@ -36,11 +36,6 @@ class Gather:
         self.by_surface = np.argsort(field.node_surface, kind="stable")  # nodes in the order of a block's columns
         self.rank = np.argsort(self.by_surface)
 
-    @property
-    def links(self):
-        """How many links there were to planes."""
-        return self.planes.links
-
     def blocks(self, points, normals, surface, detail, tolerance):
         """Yield Blocks of the receivers' rows over the field's nodes, and None between as a sign of life.
 

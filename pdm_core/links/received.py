@@ -83,7 +83,6 @@ class Received:
         surplus = np.zeros(len(f.level))
         surplus[self.cells] = np.sqrt((lumped + each).mean(axis=1))
         self.leaf_error = decay(f, leaves, surplus) * surplus[leaves] * np.sqrt(size)
-        return self
 
     def take(self, exact):
         """The values to interpolate where the sources `exact` (k,) are those."""
@@ -91,7 +90,6 @@ class Received:
         self.exact, others = exact, np.setdiff1d(np.arange(self.received.shape[1]), exact)
         means = self.means[:, exact].reshape(len(self.means), 3 * len(exact))
         self.values = np.concatenate([self.received[:, others].sum(axis=1), means], axis=1)
-        return self
 
     def conform(self):
         self.values = conform(self.field, self.leaves, self.local, self.values)

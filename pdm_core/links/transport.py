@@ -141,7 +141,7 @@ class Transport:
         what they send varies; tolerance (n,): of one link, in its units."""
         gather = Gather(self.sent, self.factors, self.reflectors)
         yield from gather.blocks(points, normals, surface, detail, tolerance)
-        self.counts["links"] += gather.links
+        self.counts["links"] += gather.planes.links  # those to planes
 
     def missing(self):
         """Nodes (k,) of the field that have no rows, of those that light reaches."""

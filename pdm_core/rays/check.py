@@ -40,7 +40,8 @@ class Check:
         """Finds the error and its parts; yields."""
         state = self.state
         if not state.norm > 0:
-            self._no_light()
+            self.error, self.parts, self.surface_errors = 0.0, {}, np.zeros(len(state.scene))
+            self.node_error = np.zeros(len(state.nodes))
             return
         yield from self._look()
         nodes, scene = state.nodes, state.scene
@@ -68,10 +69,6 @@ class Check:
         scales = rays / max(of_nodes, 1e-300), shadows / of_shadows if of_shadows > 0 else 0.0
         self.node_error = np.hypot(scales[0] * self.node_error, scales[1] * node_shadow)
         self._each({"rays"} | ({"shadows"} if scales[1] > 0 else set()))
-
-    def _no_light(self):
-        self.error, self.parts, self.surface_errors = 0.0, {}, np.zeros(len(self.state.scene))
-        self.node_error = np.zeros(len(self.state.nodes))
 
     def _look(self):
         """Direct light and rays at random points, as where colours are read, anew where that gets finer; yields."""

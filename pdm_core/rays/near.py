@@ -117,7 +117,9 @@ class NearHits:
                 break
             hits.weight *= hits.of(state.nodes.reflectance)
             there = at_hits(state.facets, hits.facet, hits.front, hits.place)
-            more = (yield from self._direct(there)) - hits.of(state.received)
+            light = np.where(state.beamed[:, None], 0.0, state.light)
+            factor = yield from state.shares.scattered(there)
+            more = np.einsum("nkc,kc->nc", factor, light) - hits.of(state.received)
             np.add.at(out, hits.who, hits.weight * more)
             # where more is at stake, the more rays go on
             each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1).astype(int)
@@ -130,12 +132,6 @@ class NearHits:
             np.add.at(out, hits.who, hits.weight * more)
             hits = onward
         return out
-
-    def _direct(self, there):
-        """Direct light (h, 3); yields."""
-        state = self.state
-        factor = yield from state.shares.scattered(there)
-        return np.einsum("nkc,kc->nc", factor, np.where(state.beamed[:, None], 0.0, state.light))
 
     def _onward(self, hits, there, turn, ways):
         """One ray from each hit, along one of ways (m, 3): what it tells of the light of others and the sky (h, 3), and

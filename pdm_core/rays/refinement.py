@@ -23,8 +23,10 @@ KEPT_WHOLE = 0.05  # of the square of the error: cells that make no more are not
 
 def improve(check):
     """Work of a Check's RayState on the largest parts of its error; False where nothing is left to do; yields."""
-    state, did = check.state, False
-    excess = excess_of(check.parts, state.target, _stuck(check))
+    state, parts, did = check.state, check.parts, False
+    # what more directions and finer shadows can lower no more
+    stuck = np.hypot(parts["rays"] * (state.read >= MOST_RAYS), parts["shadows"] * (state.told <= LEAST_TOLD))
+    excess = excess_of(parts, state.target, stuck)
     if excess["rays"] > 1 and state.read < MOST_RAYS:
         more = state.read * excess["rays"] ** (1 / POWER)
         more = STEP * np.ceil(np.clip(more, 1.5 * state.read, MOST_MORE[0] * state.read) / STEP)
@@ -41,12 +43,6 @@ def improve(check):
     elif count is not None:
         yield from state.trace_anew(count)
     return did or finer is not None or count is not None
-
-
-def _stuck(check):
-    """The error of a Check that more directions and finer shadows can lower no more."""
-    state, parts = check.state, check.parts
-    return np.hypot(parts["rays"] * (state.read >= MOST_RAYS), parts["shadows"] * (state.told <= LEAST_TOLD))
 
 
 def excess_of(parts, target, stuck=0.0):

@@ -33,7 +33,6 @@ class Polygon(Flat):
 
     def __init__(self, outline, holes=()):
         self._loops = Loops(outline, holes)
-        self._given = self._loops.given  # what it is made of, by which one is told from another
 
     def __repr__(self):
         return f"Polygon({self.outline.tolist()}, {[hole.tolist() for hole in self.holes]})"
