@@ -26,16 +26,12 @@ def light_steps(context, report, names, enough):
     for target in targets:
         if problem := problem_of(target.object):
             raise BakeError(f"Object {target.name!r} {problem}")
-    solution = _at_hand(settings, reading.scene)
+    scene = reading.scene
+    # the last bake's, where that is of this very Scene; of textures only the means could be compared
+    varies = scene.sky is not None or any(surface.varies for surface in scene.surfaces)
+    solution = None if varies else last.recall(settings, scene)
     if solution is None:
-        steps = solve_steps(reading.scene, settings.target_error, settings.time_limit or None, enough)
+        steps = solve_steps(scene, settings.target_error, settings.time_limit or None, enough)
         solution = yield from mapped(steps, lambda progress: Stage("Solving", progress.fraction, progress.error))
-        last.keep(settings, solution, reading.scene)
+        last.keep(settings, solution, scene)
     return settings, targets, solution
-
-
-def _at_hand(settings, scene):
-    """The last bake's solution, where that is of this very Scene; of textures only the means could be compared."""
-    if scene.sky is not None or any(surface.varies for surface in scene.surfaces):
-        return None
-    return last.recall(settings, scene)

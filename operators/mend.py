@@ -7,6 +7,7 @@ from bpy.types import Operator
 
 from .listed import LABELS, instanced, select_alone
 from .modal_steps import Idle
+from .subdivide_meshes import copy_mesh
 from .words import say
 
 
@@ -57,11 +58,7 @@ def _apply(context, obj):
 
 def _edit(change):
     def mend(context, obj):
-        work = bmesh.new()
-        work.from_mesh(obj.data)
-        change(work)
-        work.to_mesh(obj.data)
-        work.free()
+        copy_mesh(obj.data, obj.data, change)
         obj.data.update()
 
     return mend
@@ -101,10 +98,8 @@ def _real_nodes(context, obj):
 
 def _copy_of(shown):
     """A Mesh of the data that an instance shows, which no object has: what makes meshes of objects cannot copy it."""
-    mesh, work = bpy.data.meshes.new(shown.name), bmesh.new()
-    work.from_mesh(shown.data)
-    work.to_mesh(mesh)
-    work.free()
+    mesh = bpy.data.meshes.new(shown.name)
+    copy_mesh(shown.data, mesh)
     for slot in shown.material_slots:
         mesh.materials.append(slot.material and slot.material.original)
     return mesh

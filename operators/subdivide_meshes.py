@@ -63,7 +63,7 @@ def all_or_none(chosen, change, copies=False):
         added = sum(len(mesh.vertices) - len(before.vertices) for mesh, before in done)
     except Exception:
         for mesh, before in done:
-            _become(mesh, before)
+            copy_mesh(before, mesh)
         bpy.data.batch_remove([*made, *(obj.data for obj in made)])
         raise
     finally:
@@ -84,9 +84,11 @@ def _copied(obj):
     return copy
 
 
-def _become(mesh, other):
-    """All that is on the faces and vertices of another mesh."""
+def copy_mesh(source, target, change=None):
+    """All that is on the faces and vertices of a mesh to another, or the same, changed meanwhile: change(BMesh)."""
     work = bmesh.new()
-    work.from_mesh(other)
-    work.to_mesh(mesh)
+    work.from_mesh(source)
+    if change is not None:
+        change(work)
+    work.to_mesh(target)
     work.free()

@@ -93,7 +93,8 @@ class Refinement:
         """Whatever helps most towards the target, the last or not; False where nothing does; yields."""
         if self.check.fresh:
             before, self.unclosed = self.unclosed, self.check.unclosed
-            if self._is_stuck(target, before):
+            # what rows make from nothing, where shapes run through each other, finer cells and links do not mend
+            if SAFETY * self.unclosed > target and self.unclosed > LESS * before:
                 return False
         # where only some surface's own error is too large, what helps is local
         whole = not self.check.fresh or self.check.error > target
@@ -101,11 +102,6 @@ class Refinement:
             return True
         tightened = last and self._tighten(target)
         return (yield from self._refine(target)) or tightened
-
-    def _is_stuck(self, target, before):
-        """Whether what rows make from nothing, where shapes run through each other, is more than the target and no less
-        than before: finer cells and links do not mend it."""
-        return SAFETY * self.unclosed > target and self.unclosed > LESS * before
 
     def _straighten(self):
         """Where errors that the scene amplifies are most of all: split the cells, of direct light or of the field, over

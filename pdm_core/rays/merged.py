@@ -8,11 +8,10 @@ import copy
 import numpy as np
 
 from ..shapes.shape import square_lattice
-from .split import Split, find
+from .split import MOST, Split, find
 
 PLACES = 16  # of a node from which rays start in turn
 BENT = 0.2  # of how far values vary over a face between its own vertices: how far linear ones are off
-FINEST = 256  # parts of a mesh along its length, into which its faces are cut at most
 WHOLE = 0.95  # of a mesh's vertices, with their normals: when so many are on their own it is no use to part the others
 SIDES = 6  # of the directions in which their normals are told apart
 
@@ -25,7 +24,7 @@ class Merged:
     def __init__(self, facets, which, size):
         self.facets, self.which, scene = facets, which, facets.scene
         self.size, self.anew = np.full(len(scene), size), np.ones(len(scene), bool)
-        self.least = 2 * np.array([s.shape.bounds[1] for s in scene.surfaces]) / FINEST
+        self.least = 2 * np.array([s.shape.bounds[1] for s in scene.surfaces]) / MOST
         self.split, self.group, self.distinct = {}, {}, {}
         self._merge()
 

@@ -19,7 +19,7 @@ from .standing import PartedCells, Standing
 
 FIRST = 64  # cells along an axis to begin with at most
 USUAL = 3000  # cells to begin with, where there are fewer shapes
-LIT = 8  # of them where direct light is worked out
+LIT = PLACES // 2  # of a node where direct light is worked out
 NEXT_TURN = 5  # places further on in each next turn: an odd number
 
 

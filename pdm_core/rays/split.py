@@ -8,7 +8,7 @@ import numpy as np
 from ..names import names_of
 from ..shapes.shape import unit
 
-MOST = 256  # parts of an edge
+MOST = 256  # parts of an edge, and of a mesh along its length
 SLENDER = 8  # times as many parts as cells of a triangle's area at most: four times as long as it is wide
 FINE = 30_000  # steps across a mesh in which places are told apart
 NORMAL_STEPS = 64.0  # in which shading normals are told apart, of a length of 1
