@@ -144,6 +144,6 @@ def _contact_lines(scene, border):
     room = np.maximum(TOUCHING, ROOM * border)
     is_line = (high - low < np.maximum(ALIGNED, border)) & (length[:, ::-1] > APART)
     is_line &= (middle > room) & (middle < 1 - room)
-    sign = np.array([s.sign for s in scene.surfaces])[surface]
+    sign = scene.sign[surface]
     k, axis = np.nonzero(is_line & ((sign[:, None] * height).max(axis=1) > 0)[:, None])
     return surface[k], axis, middle[k, axis], length[k, 1 - axis]

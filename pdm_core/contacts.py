@@ -100,8 +100,7 @@ class Contacts:
 
     def _normals(self, surface):
         """Unit normals (n, 3) of surfaces (n,) on planes."""
-        sign = np.array([s.sign for s in self.scene.surfaces])[surface]
-        return sign[:, None] * self.planes.normal[self.planes.number[self.scene.shape_of[surface]]]
+        return self.scene.sign[surface][:, None] * self.planes.normal[self.planes.number[self.scene.shape_of[surface]]]
 
     def _local(self, points, shape):
         """Positions (n, 2) of points (n, 3) m along the edges of planes, shapes (n,)."""
@@ -112,7 +111,7 @@ class Contacts:
     def shells(self):
         """(surface, shape) index arrays (k,): inner sides of spheres, and shapes that reach beyond them: what does so
         is hidden by the sphere itself."""
-        inner = np.flatnonzero([s.is_inside for s in self.scene.surfaces])
+        inner = np.flatnonzero(self.scene.inside)
         surface, shape = (a.ravel() for a in np.meshgrid(inner, np.arange(len(self.scene.shapes)), indexing="ij"))
         other = self.scene.shape_of[surface] != shape
         surface, shape = surface[other], shape[other]
@@ -144,10 +143,7 @@ class _Planes:
         self.area = np.array([p.area for p in planes])
         self.half = np.array([p.half for p in planes], bool)
         self.edges = np.linalg.norm(self.corners[:, [1, 3]] - self.corners[:, [0]], axis=2)
-        front = np.zeros(len(flat), bool)
-        front[scene.shape_of[[s.side == "front" for s in scene.surfaces]]] = True
-        back = np.zeros(len(flat), bool)
-        back[scene.shape_of[[s.side == "back" for s in scene.surfaces]]] = True
+        front, back = (scene.sides >= 0).T
         self.lit = np.where(front[self.index], 1.0, -1.0)  # which side counts as the front
         self.two_sided = (front & back)[self.index]
 
@@ -242,14 +238,11 @@ def _rests(scene, planes):
 def _covers(scene, planes, i, j, side):
     """(surface, shape) pairs (k,): surfaces that look at the plane which lies against them."""
     toward = side[:, None] * planes.normal[i]
-    sides = np.full((len(scene.shapes), 2), -1)
-    front = np.array([s.side == "front" for s in scene.surfaces])
-    sides[scene.shape_of, np.where(front, 0, 1)] = np.arange(len(scene))
     pairs = [np.zeros((2, 0), int)]
     for one, other, direction in ((i, j, toward), (j, i, -toward)):
         looks = np.einsum("ki,ki->k", planes.normal[one], direction)[:, None] * (1, -1) > 0
         pair, which = np.nonzero(looks)
-        surface = sides[planes.index[one[pair]], which]
+        surface = scene.sides[planes.index[one[pair]], which]
         pairs.append(np.stack([surface, planes.index[other[pair]]])[:, surface >= 0])
     return np.concatenate(pairs, axis=1)
 

@@ -171,7 +171,7 @@ class Charts:
         self.origin = np.array([s.origin for s in shapes])
         self.linear, self.twist = np.array([s.linear for s in shapes]), np.array([s.twist for s in shapes])
         self.inverse = np.array([s.inverse for s in shapes])
-        self.sign = np.array([s.sign for s in scene.surfaces])
+        self.sign = scene.sign
         self.depth = np.ones(len(shapes))  # of the unit sphere: off its own inner side, where that hides something
         self.depth[contacts.shells[0]] = 1 - 4 * TOUCHING
         self.rectangles = Rectangles(scene, grid)

@@ -225,6 +225,23 @@ class Scene:
         return np.array([s.shape.area for s in self.surfaces])
 
     @cached_property
+    def sign(self):
+        """(n surfaces,) Surface.sign"""
+        return np.array([s.sign for s in self.surfaces])
+
+    @cached_property
+    def inside(self):
+        """(n surfaces,) Surface.is_inside"""
+        return np.array([s.is_inside for s in self.surfaces])
+
+    @cached_property
+    def sides(self):
+        """(n shapes, 2) the surfaces on the front and on the back of each shape, or -1"""
+        out = np.full((len(self.shapes), 2), -1)
+        out[self.shape_of, np.where(self.sign > 0, 0, 1)] = np.arange(len(self))
+        return out
+
+    @cached_property
     def reflectance(self):
         """(n surfaces, 3), the mean of those that vary"""
         return np.array([_mean_over(s.shape, s.reflectance, s.reflectance_at) for s in self.surfaces])

@@ -28,12 +28,11 @@ class Shafts:
         self.normal = np.array([s.normal for s in scene.shapes])
         self.low, self.high = self._heights()
         self.shape = scene.shape_of
-        self.sign = np.array([s.sign for s in scene.surfaces])
-        self.inside = np.array([s.is_inside for s in scene.surfaces])
+        self.inside = scene.inside
         # a plane with the whole scene on one side, a wall, comes between nothing
         wall = (self.low >= -self.eps).all(axis=1) | (self.high <= self.eps).all(axis=1)
         self.obstacle = ~wall
-        sign = self.sign[:, None]
+        sign = scene.sign[:, None]
         # (surfaces, shapes) False where the shape lies wholly behind the surface, a plane
         self.not_behind = np.maximum(sign * self.low[self.shape], sign * self.high[self.shape]) > self.eps
         self.shell = np.zeros((len(scene), len(scene.shapes)), bool)

@@ -37,9 +37,6 @@ class Facets:
         self.scene, shapes = scene, scene.shapes
         self.centre = sum(box_of(shapes)) / 2
         self.tolerance = max(scene.tolerance, FINEST * scene.size)
-        sides = np.full((len(shapes), 2), -1)
-        back = np.array([s.side == "back" for s in scene.surfaces], int)
-        sides[scene.shape_of, back] = np.arange(len(scene))
         parts = [shape.facets for shape in shapes]
         origin, u, v, self.triangle, self.chart = (np.concatenate(part) for part in zip(*parts))
         count = np.array([len(part[0]) for part in parts])
@@ -53,10 +50,10 @@ class Facets:
         self.shape = np.concatenate([np.repeat(np.arange(len(shapes)), count), balls])
         self.first = np.cumsum(count) - count
         self.first[balls] = len(origin) + np.arange(len(balls))
-        self.surface = sides[self.shape]
+        self.surface = scene.sides[self.shape]
         self.origin, self.u, self.v = origin - self.centre, u, v
         self.normal = unit(np.cross(u, v))
-        self.moved = _layers(self, sides)
+        self.moved = _layers(self)
         self.origin += self.moved[self.shape[: self.count], None] * self.normal
         self._widen()
         self.ball_centre = np.array([shapes[k].origin - self.centre for k in balls]).reshape(-1, 3)
@@ -119,12 +116,12 @@ class Facets:
         return len(self.origin)
 
 
-def _layers(facets, sides):
+def _layers(facets):
     """(n shapes,) m: how far each is moved along its normal, so that of shapes that lie in one plane and look the same
     way the smaller is on top, and those of equal size that look opposite ways lie back to back. Where either has two
     sides the smaller is on the larger's front. A smaller one that faces a larger one stays: in contact, the two are
     dark to each other; but walls of two rooms are behind each other."""
-    shapes = facets.scene.shapes
+    shapes, sides = facets.scene.shapes, facets.scene.sides
     out = np.zeros(len(shapes))
     flat = facets.flat
     if len(flat) < 2:

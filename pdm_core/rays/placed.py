@@ -19,9 +19,8 @@ class Placed(Receivers):
 
     def __init__(self, facets, surface, points, normals=None, middle=None, triangle=None):
         out, normal, faces = np.array(points, float), *np.zeros((2, len(points), 3))
-        sides, shape = facets.scene.surfaces, facets.scene.shape_of[surface]
-        sign = np.array([side.sign for side in sides])[surface]
-        inside = np.array([side.is_inside for side in sides])[surface]
+        scene = facets.scene
+        shape, sign, inside = (of[surface] for of in (scene.shape_of, scene.sign, scene.inside))
         own, least = facets.own[shape], KEPT * facets.tolerance
         which = facets.plane_of[shape]
         flat, rest = np.flatnonzero(which >= 0), np.flatnonzero(which < 0)
@@ -31,7 +30,8 @@ class Placed(Receivers):
         for k, some in runs_of(surface[rest]):
             some = rest[some]
             told = {what: a[some] for what, a in given.items() if a is not None}
-            out[some], normal[some], faces[some] = sides[k].shape.receiving(out[some], sides[k].sign, least, **told)
+            there = scene.surfaces[k].shape.receiving(out[some], scene.sign[k], least, **told)
+            out[some], normal[some], faces[some] = there
         out += (facets.moved[shape] * sign)[:, None] * normal
         start = np.where((own < 0) | inside, facets.tolerance, -CLEAR * facets.tolerance)
         super().__init__(out - facets.centre, normal, own, start, inside, surface, faces)

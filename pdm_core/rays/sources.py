@@ -117,7 +117,7 @@ class Lamp(Source):
 def met_by_rays(scene):
     """(n surfaces,) bool: which shine, but as what reflects does: balls' insides, and what is broad rather than bright.
     Points that stand for a large surface are too few for all that is near it, and for what hides a part of it."""
-    emission, inside = scene.emission.max(axis=1), np.array([s.is_inside for s in scene.surfaces])
+    emission, inside = scene.emission.max(axis=1), scene.inside
     even = ~np.array([callable(s.emission) for s in scene.surfaces])
     mean = (scene.areas * emission).sum() / scene.areas.sum()
     return (emission > 0) & (inside | even & (emission <= BROAD * mean))
