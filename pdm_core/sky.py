@@ -1,7 +1,5 @@
 """A map of the radiance from all directions, smooth enough to be gathered by few rays, and the suns taken out of it."""
 
-from functools import cached_property
-
 import numpy as np
 
 from .lights import SunLight
@@ -12,7 +10,6 @@ SUN_RISE = 30.0  # times the mean radiance that it must have at least, and
 SUN_SHARE = 0.02  # of the irradiance that all of the sky gives at most, for shadows of it to be seen
 SUN_EDGE = 0.03  # of its peak radiance, down to which a pixel belongs to it
 MOST_SUNS = 4
-ORDERS = 12  # of spherical harmonics; the cosine lobe's part beyond is below .1 %
 
 
 def directions_of(height, width):
@@ -65,61 +62,6 @@ class SkyMap:
     def __call__(self, directions):
         """Unit directions (n, 3) -> radiance (n, 3)"""
         return bilinear(self.values, *places_on_map(np.asarray(directions, float)))
-
-    def unoccluded(self, normals):
-        """Unit normals (n, 3) -> (n, 3) irradiance / pi where nothing hides the sky, to .1 % of its mean."""
-        return np.maximum(_harmonics(np.asarray(normals, float)) @ (_COSINE[:, None] * self._moments), 0.0)
-
-    @cached_property
-    def _moments(self):
-        """(terms, 3) of the map over the spherical harmonics."""
-        values = reduced(self.values, 256)
-        weights = solid_angles(*values.shape[:2])[..., None] * values
-        return _harmonics(directions_of(*values.shape[:2]).reshape(-1, 3)).T @ weights.reshape(-1, 3)
-
-
-def _harmonics(directions):
-    """Real spherical harmonics (n, terms) of even order, and order 1, up to ORDERS; by recurrence in the order."""
-    x, y, z = directions.T
-    ring = np.ones((len(directions), 2))  # cos, sin of m times the turn, times sin^m
-    columns = {}
-    legendre = {}
-    for m in range(ORDERS + 1):
-        for n in range(m, ORDERS + 1):
-            if n == m:
-                value = np.full(len(z), 1.0) if m == 0 else legendre[m - 1, m - 1] * -(2 * m - 1)
-            elif n == m + 1:
-                value = z * (2 * m + 1) * legendre[m, m]
-            else:
-                value = ((2 * n - 1) * z * legendre[m, n - 1] - (n + m - 1) * legendre[m, n - 2]) / (n - m)
-            legendre[m, n] = value
-        ring = np.column_stack([np.ones(len(z)), np.zeros(len(z))]) if m == 0 else _turned(ring, x, y)
-        for n in range(m, ORDERS + 1):
-            if n == 1 or n % 2 == 0:
-                scale = np.sqrt((2 * n + 1) / (4 * np.pi) / np.prod(np.arange(n - m + 1, n + m + 1, dtype=float)))
-                parts = [(1, 0)] if m == 0 else [(np.sqrt(2), 0), (np.sqrt(2), 1)]
-                columns.setdefault(n, []).extend(scale * k * legendre[m, n] * ring[:, c] for k, c in parts)
-    return np.stack([column for n in sorted(columns) for column in columns[n]], axis=1)
-
-
-def _turned(ring, x, y):
-    return np.column_stack([ring[:, 0] * x - ring[:, 1] * y, ring[:, 0] * y + ring[:, 1] * x])
-
-
-def _cosine_lobe():
-    """Of each column of _harmonics: what the cosine over the horizon, divided by pi, takes of it (Ramamoorthi 2001)."""
-    factors = []
-    for n in (n for n in range(ORDERS + 1) if n == 1 or n % 2 == 0):
-        if n == 1:
-            value = 2 / 3
-        else:
-            half = np.prod([k / (k + n // 2) for k in range(1, n // 2 + 1)])  # (n/2)!^2 / n!
-            value = 2 * (-1) ** (n // 2 + 1) / ((n + 2) * (n - 1)) / (2.0**n * half)
-        factors += [value] * (2 * n + 1)
-    return np.array(factors)
-
-
-_COSINE = _cosine_lobe()
 
 
 def without_suns(values, name=""):

@@ -1,5 +1,6 @@
 """Worlds as read, beside what Cycles bakes under them on planes that face all ways and shade nothing."""
 
+import sys
 from math import radians
 
 import bpy
@@ -69,11 +70,20 @@ def pattern(height=HEIGHT, width=2 * HEIGHT):
     return np.stack([t**2 * 2, 0.2 + 3 * (np.abs(s - 0.3) < 0.08) * (t > 0.4), 1.5 * s], axis=-1)
 
 
+def under_all(sky, normals):
+    """(n, 3) irradiance / pi at unit normals (n, 3) where nothing hides the SkyMap, from its pixels."""
+    each, of = np.unique(normals.round(6), axis=0, return_inverse=True)
+    shape, of_map = sky.values.shape[:2], sys.modules[type(sky).__module__]
+    cosine = np.maximum(each @ of_map.directions_of(*shape).reshape(-1, 3).T, 0)
+    light = of_map.solid_angles(*shape)[..., None] * sky.values
+    return (cosine @ light.reshape(-1, 3) / np.pi)[of.ravel()]
+
+
 def compare(reading, planes, error=5e-3, samples=1024):
     """That the background and suns give everywhere what Cycles bakes, to error of the brightest."""
     points, normals = places(planes)
     sky = reading.scene.sky
-    found = sky.unoccluded(normals) if sky else np.tile(reading.scene.background, (len(points), 1))
+    found = under_all(sky, normals) if sky else np.tile(reading.scene.background, (len(points), 1))
     for light in reading.scene.lights:
         found = found + light.unoccluded(points, normals)[:, None] * light.colour
     known = baked_by_cycles(planes, samples)

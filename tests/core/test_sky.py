@@ -7,8 +7,6 @@ from pdm_core import Plane, Scene, Surface
 from pdm_core.shapes.shape import lattice
 from pdm_core.sky import SkyMap, directions_of, places_on_map, reduced, solid_angles, without_suns
 
-NORMALS = lattice(50)
-
 
 def test_pixels_are_where_they_are_looked_up():
     directions = directions_of(16, 32)
@@ -25,17 +23,6 @@ def test_a_map_of_a_smooth_sky_is_that_sky():
     assert np.abs(SkyMap(sky)(directions) - (directions * [0.3, 0.2, 0.5] + 1)).max() < 2e-4
     scene = Scene([Surface(Plane((0, 0, 0), (1, 0, 0), (0, 1, 0)))], SkyMap(sky))
     assert np.allclose(scene.background, 1, atol=1e-3) and scene.sky_at(directions).shape == (500, 3)
-
-
-@pytest.mark.parametrize("kind", ["even", "half", "cap"])
-def test_what_it_gives_unoccluded(kind):
-    directions = directions_of(256, 512)
-    values = np.repeat(np.ones((256, 512, 1)), 3, axis=2)
-    values[directions[..., 2] < {"even": -2, "half": 0, "cap": 0.8}[kind]] = 0
-    weights = (values * solid_angles(256, 512)[..., None]).reshape(-1, 3)
-    known = np.maximum(NORMALS @ directions.reshape(-1, 3).T, 0) @ weights / np.pi
-    found = SkyMap(values).unoccluded(NORMALS)
-    assert np.abs(found - known).max() < 2e-3
 
 
 @pytest.mark.parametrize("degrees", [0.5, 2.0])
