@@ -2,21 +2,14 @@
 
 import numpy as np
 
+from .connected import connected
 from .tolerances import TOUCHING
 
 
 def welded(corners, i, j, tolerance):
     """Corners (n, 4, 3) m of planes, pairs i, j (k,) near each other: those that coincide made the same, their mean."""
     pair, a, b = np.nonzero((np.abs(corners[i][:, :, None] - corners[j][:, None]) <= tolerance).all(axis=3))
-    one, other = 4 * i[pair] + a, 4 * j[pair] + b
-    label = np.arange(4 * len(corners))
-    while True:
-        least = np.minimum(label[one], label[other])
-        before = label.copy()
-        np.minimum.at(label, one, least)
-        np.minimum.at(label, other, least)
-        if (label == before).all():
-            break
+    label = connected(4 * len(corners), 4 * i[pair] + a, 4 * j[pair] + b)
     flat, count = corners.reshape(-1, 3), np.bincount(label)
     first = flat[label]
     off = np.stack([np.bincount(label, (flat - first)[:, k]) for k in range(3)], axis=1) / np.maximum(count, 1)[:, None]

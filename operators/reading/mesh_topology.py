@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ...pdm_core.connected import connected
+
 FLOAT32 = float(np.finfo(np.float32).eps)  # meshes are stored in float32
 
 
@@ -215,19 +217,3 @@ def spans(starts, counts):
     """(sum of counts,) the numbers starts[0], starts[0] + 1, ... of all spans, one after the other"""
     before = np.cumsum(counts) - counts
     return np.repeat(starts - before, counts) + np.arange(int(counts.sum()))
-
-
-def connected(n, a, b):
-    """(n,) for nodes 0..n-1 with edges a[i]-b[i]: the smallest node of each node's component.
-
-    Hooking to the smaller root and halving paths, a few rounds of each (Shiloach and Vishkin 1982).
-    """
-    label = np.arange(n)
-    while True:
-        low = np.minimum(label[a], label[b])
-        if (label[a] == low).all() and (label[b] == low).all():
-            return label
-        np.minimum.at(label, label[a], low)
-        np.minimum.at(label, label[b], low)
-        while (label[label] != label).any():
-            label = label[label]

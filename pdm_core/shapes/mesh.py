@@ -26,7 +26,7 @@ class Mesh(Shape):
     smooth: whether faces are shaded smoothly, for all or for each (f,); or the shading normals, for each vertex (n, 3)
     or for each corner of each face in turn (sum of corners, 3).
 
-    vertices (n, 3) m; triangles (t, 3): vertices of the triangles that faces are cut into; face_of (t,): their faces.
+    vertices (n, 3) m; triangles (t, 3): vertices of the triangles that faces are cut into; faces: Faces.
     """
 
     is_mesh = True
@@ -45,11 +45,6 @@ class Mesh(Shape):
     def triangles(self):
         """(t, 3) Vertices of the triangles that faces are cut into."""
         return self.faces.triangles
-
-    @property
-    def face_of(self):
-        """(t,) Their faces."""
-        return self.faces.of
 
     @cached_property
     def corner_normals(self):

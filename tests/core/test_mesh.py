@@ -11,7 +11,7 @@ CUBE_FACES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 
 
 def left_out(mesh):
     """(k,) Faces that have no triangle."""
-    return np.setdiff1d(np.arange(mesh.face_count), mesh.face_of)
+    return np.setdiff1d(np.arange(mesh.face_count), mesh.faces.of)
 
 
 def ball(rings=12, radius=1.0):
@@ -43,7 +43,7 @@ def nearest_of_all(mesh, points):
 def test_a_cube():
     mesh = Mesh(CUBE, CUBE_FACES, False)
     assert mesh.problem() is None and len(mesh.triangles) == 12 and len(left_out(mesh)) == 0
-    assert abs(mesh.area - 6) < 1e-14 and mesh.face_of.tolist() == np.repeat(np.arange(6), 2).tolist()
+    assert abs(mesh.area - 6) < 1e-14 and mesh.faces.of.tolist() == np.repeat(np.arange(6), 2).tolist()
     centre, radius = mesh.bounds
     assert np.abs(centre - 0.5).max() < 1e-15 and abs(radius - np.sqrt(0.75)) < 1e-15
     assert (np.einsum("ti,ti->t", mesh.triangle_normals, CUBE[mesh.triangles].mean(axis=1) - 0.5) > 0).all()
@@ -110,7 +110,7 @@ def test_concave_and_bent_faces():
     bent = Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)], [[0, 1, 2, 3]])
     assert bent.problem() is None and len(bent.triangles) == 2
     mixed = Mesh(np.concatenate([np.array(corner), CUBE + 5]), [list(range(6)), [6, 8, 9], [6, 8, 9, 7][::-1]])
-    assert mixed.face_of.tolist() == [0, 0, 0, 0, 1, 2, 2]
+    assert mixed.faces.of.tolist() == [0, 0, 0, 0, 1, 2, 2]
 
 
 def test_smooth_and_flat_faces_beside_each_other():
