@@ -15,7 +15,6 @@ from . import farm
 from .baking.again import last
 from .baking.bake import BakeSettings, bake_steps
 from .baking.colour_attribute import BakeError
-from .baking.passes import SUFFIX
 from .baking.report import counted, one_line, percent, version
 from .convergence_operator import NAMES as CONVERGENCE_NAMES
 from .convergence_operator import write
@@ -218,57 +217,36 @@ def _add_bake(commands):
         description="Bakes the loaded file's scene. The file itself changes only if --output names it.",
         epilog="Exit code: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C. Progress goes to stderr.",
     )
-    _add_solving(bake)
-    _add_colours(bake)
+    _add_settings(bake)
     _add_outputs(bake)
-    _add_meshes(bake)
     _add_files(bake)
     bake.set_defaults(usage_error=bake.error, work=_bake)
 
 
-def _add_solving(bake):
-    bake.add_argument("--objects", nargs="+", metavar="NAME", default="ALL", help="bake only these; all light")
-    bake.add_argument(
-        "--target-error", type=_number(1e-6, 1), default=0.01, metavar="E", help="relative error, default 0.01"
-    )
-    bake.add_argument(
-        "--time-limit", type=_number(0), default=0.0, metavar="S", help="seconds of reading and solving, 0 no limit"
-    )
-
-
-def _add_colours(bake):
-    bake.add_argument("--attribute", default="Radiosity", metavar="NAME", help="colour attribute, default Radiosity")
-    for name in ("quantity", "domain", "data_type", "blend"):
-        keywords = BakeProperties.__annotations__[name].keywords
-        choices = [item[0] for item in keywords["items"]]
-        bake.add_argument(
-            f"--{name.replace('_', '-')}",
-            type=str.upper,
-            choices=choices,
-            default=keywords["default"],
-            help=f"{keywords['description']}; default {keywords['default']}",
-        )
-    bake.add_argument("--exposure", type=_number(-32, 32), default=0.0, metavar="STOPS", help="colours times 2^STOPS")
-    bake.add_argument("--layer", default="", metavar="NAME", help="colour attribute that --blend is about; it stays")
+def _add_settings(bake):
+    """An option for each setting, as the sidebar has it."""
+    for name in SETTING_NAMES:
+        words, default = BakeProperties.__annotations__[name].keywords, getattr(BakeSettings, name)
+        told = words["description"].replace("%", "%%") + (f"; default {default}" if default else "")
+        option = {"default": default, "help": told}
+        if name == "objects":
+            option |= {"nargs": "+", "metavar": "NAME", "help": "bake only these; all light"}
+        elif isinstance(default, bool):
+            option |= {"action": "store_true"}
+        elif isinstance(default, float):
+            option |= {"type": _number(words["min"], words.get("max", float("inf"))), "metavar": "NUMBER"}
+        elif "items" in words:
+            option |= {"choices": [item[0] for item in words["items"]]}
+            option |= {"nargs": "+"} if isinstance(default, tuple) else {"type": str.upper}
+        else:
+            option |= {"metavar": "NAME"}
+        bake.add_argument(f"--{name.replace('_', '-')}", **option)
 
 
 def _add_outputs(bake):
     bake.add_argument("--output", type=_ending(".blend"), metavar="FILE.blend", help="save the baked file here")
     bake.add_argument("--report", metavar="FILE.json", help="write the report here")
     bake.add_argument("--image", type=_ending(".png"), metavar="FILE.png", help="render the baked scene (Cycles, CPU)")
-    bake.add_argument("--heat-map", action="store_true", help="also write the estimated error as NAME Error")
-    bake.add_argument(
-        "--passes", nargs="+", choices=tuple(SUFFIX), default=(), metavar="PASS",
-        help=f"also write these parts, as NAME Direct and so on: {', '.join(SUFFIX)}",
-    )  # fmt: skip
-    bake.add_argument(
-        "--ao-distance", type=_number(1e-6), default=1.0, metavar="M", help="how far the pass AO looks, default 1"
-    )
-
-
-def _add_meshes(bake):
-    bake.add_argument("--make-single-user", action="store_true", help="objects that share a mesh get their own")
-    bake.add_argument("--apply-modifiers", action="store_true", help="bake what modifiers change as they leave it")
     bake.add_argument(
         "--subdivide", type=_whole_number(1), nargs="?", const=BUDGET, metavar="MOST",
         help=f"subdivide meshes that are too coarse for the target, up to MOST vertices in all, default {BUDGET}",
