@@ -17,7 +17,7 @@ from .baking.bake import BakeSettings, bake_steps
 from .baking.colour_attribute import BakeError
 from .baking.report import counted, one_line, percent, version
 from .convergence_operator import NAMES as CONVERGENCE_NAMES
-from .convergence_operator import write
+from .convergence_operator import ConvergenceProperties, write
 from .edit_mode import object_mode
 from .reporting.convergence import ConvergenceSettings, convergence_steps
 from .reporting.convergence_page import text_rows
@@ -217,30 +217,31 @@ def _add_bake(commands):
         description="Bakes the loaded file's scene. The file itself changes only if --output names it.",
         epilog="Exit code: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C. Progress goes to stderr.",
     )
-    _add_settings(bake)
+    _add_settings(bake, BakeProperties, BakeSettings)
     _add_outputs(bake)
     _add_files(bake)
     bake.set_defaults(usage_error=bake.error, work=_bake)
 
 
-def _add_settings(bake):
+def _add_settings(parser, properties, settings):
     """An option for each setting, as the sidebar has it."""
-    for name in SETTING_NAMES:
-        words, default = BakeProperties.__annotations__[name].keywords, getattr(BakeSettings, name)
+    for name, each in properties.__annotations__.items():
+        words, default, option = each.keywords, getattr(settings, name), f"--{name.replace('_', '-')}"
         told = words["description"].replace("%", "%%") + (f"; default {default}" if default else "")
-        option = {"default": default, "help": told}
+        more = {"default": default, "help": told}
         if name == "objects":
-            option |= {"nargs": "+", "metavar": "NAME", "help": "bake only these; all light"}
+            more |= {"nargs": "+", "metavar": "NAME", "help": "only these; all light"}
         elif isinstance(default, bool):
-            option |= {"action": "store_true"}
+            more |= {"action": "store_false" if default else "store_true", "dest": name}
+            option = f"--no-{name}" if default else option  # what is on unless told
         elif isinstance(default, float):
-            option |= {"type": _number(words["min"], words.get("max", float("inf"))), "metavar": "NUMBER"}
+            more |= {"type": _number(words["min"], words.get("max", float("inf"))), "metavar": "NUMBER"}
         elif "items" in words:
-            option |= {"choices": [item[0] for item in words["items"]]}
-            option |= {"nargs": "+"} if isinstance(default, tuple) else {"type": str.upper}
+            more |= {"choices": [item[0] for item in words["items"]]}
+            more |= {"nargs": "+"} if isinstance(default, tuple) else {"type": str.upper}
         else:
-            option |= {"metavar": "NAME"}
-        bake.add_argument(f"--{name.replace('_', '-')}", **option)
+            more |= {"metavar": "NAME"}
+        parser.add_argument(option, **more)
 
 
 def _add_outputs(bake):
@@ -278,13 +279,7 @@ def _add_convergence(commands):
         epilog="Exit code: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C. Progress goes to stderr.",
     )
     converge.add_argument("folder", metavar="FOLDER", help="where the page and its data go; made if missing")
-    converge.add_argument("--objects", nargs="+", metavar="NAME", default="ALL", help="compare only these; all light")
-    converge.add_argument("--time-limit", type=_number(1), default=60.0, metavar="S", help="seconds in all, default 60")
-    converge.add_argument(
-        "--tightest", type=_number(1e-5, 0.1), default=0.0025, metavar="E", help="the last target, default 0.0025"
-    )
-    converge.add_argument("--no-published", dest="published", action="store_false", help="without the published method")
-    converge.add_argument("--cycles", action="store_true", help="also bake a copy with Cycles, in a second Blender")
+    _add_settings(converge, ConvergenceProperties, ConvergenceSettings)
     converge.set_defaults(work=_converge)
 
 

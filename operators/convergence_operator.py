@@ -17,9 +17,6 @@ from .settings import BakeProperties
 from .whole_file import whole_file
 from .words import say
 
-NAMES = ("objects", "time_limit", "tightest", "published", "cycles")
-
-
 OBJECTS = BakeProperties.__annotations__["objects"]
 
 
@@ -41,6 +38,9 @@ class ConvergenceProperties:
     cycles: BoolProperty(
         name="Cycles", description="Also bake a copy with Cycles at growing samples, in a second Blender", default=False
     )
+
+
+NAMES = tuple(ConvergenceProperties.__annotations__)
 
 
 class PDM_OT_convergence(ConvergenceProperties, Steps, Operator):
