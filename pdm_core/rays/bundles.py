@@ -13,6 +13,7 @@ from ..shapes.sphere import Sphere
 from ..tolerances import FLUSH
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
+from .sieve import over_along, worth_it
 
 TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
 NOTHING, CONTACT = -1, -2  # instead of a facet
@@ -65,6 +66,18 @@ def along(facets, directions, receivers):
     normal looks that way. The projections along all directions lie side by side."""
     planes = frames(directions)
     x, y, z = _turned(planes, receivers.points)
+    if len(planes) > 1 or not worth_it(facets.count, len(x)):
+        return _along(facets, directions, receivers, planes, (x, y, z))
+    some = over_along(facets, planes[0], x, y)
+    balls = np.arange(len(facets.ball_centre))
+    hits = _along(facets.only(some, balls), directions, receivers, planes, (x, y, z))
+    hits.facet = np.concatenate([some, facets.count + balls, [CONTACT, NOTHING]])[hits.facet]
+    return hits
+
+
+def _along(facets, directions, receivers, planes, places):
+    """As along, in planes (k, 3, 3), where the receivers are at places (3, n)."""
+    x, y, z = places
     which = np.repeat(np.arange(len(planes)), len(x) // len(planes))
     ray = directions.take(which, axis=0)
     cosine = np.einsum("ni,ni->n", receivers.normals, ray)

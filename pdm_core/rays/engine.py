@@ -21,6 +21,7 @@ from .near import NearHits
 from .nodes import LIT, Nodes
 from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import foreseen_level, met_by_rays, relit, sources_of
+from .thinned import FORETOLD, thinned
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
 TOLD_BRIGHT = 0.5  # of what direct light may be off by, where it is brighter than in the mean: relative to that there
@@ -180,6 +181,12 @@ class RayState:
 
     def gather(self, receivers, count):
         """Indirect light and the sky's at receivers by `count` directions -> (n, 3); yields."""
+        is_mesh = (self.facets.own < 0)[self.scene.shape_of]
+        may = FORETOLD * self.target * self._level_at(receivers)
+        return (yield from thinned(lambda some: self._gathered(some, count), receivers, is_mesh, may))
+
+    def _gathered(self, receivers, count):
+        """The same, at each of them."""
         n, every = len(receivers), directions(count)
         total, weight = np.zeros((n, 3)), np.zeros(n)
         sent, near = self.sent.astype(np.float32), NearHits(self, receivers, count)

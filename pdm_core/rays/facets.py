@@ -19,6 +19,7 @@ PARTED = KEPT + CLEAR  # tolerances between layers of shapes in one plane: more 
 POINTED = 64.0, 1e-2  # tolerances, or of its length, that a facet's corners move at most by this: where it is a sliver
 FINEST = 1e-10  # of the scene's size: the least tolerance, at which what our sums lose at a slant is within WIDER
 FEW = 8  # corners of shapes that may be a room's walls
+SINGLE = 1e-6  # of lengths: more than what single precision rounds off
 TILTED = 1e-4  # sine up to which planes of layers may differ
 
 
@@ -83,16 +84,20 @@ class Facets:
             return self
         some = np.zeros(len(self.scene.shapes), bool)
         some[self.scene.shape_of[self.scene.of_shapes(light.blockers)]] = True
-        flat, ball = np.split(some[self.shape], [self.count])
+        return self.only(*map(np.flatnonzero, np.split(some[self.shape], [self.count])))
+
+    def only(self, flat, ball):
+        """Some of them alone: which facets (k,), which balls (j,)."""
         out = copy.copy(self)
-        [vars(out).pop(name, None) for name in ("boxes", "near_flats")]
-        for keep, names in (
+        [vars(out).pop(name, None) for name in ("boxes", "spheres", "near_flats")]
+        both = np.concatenate([flat, self.count + ball])
+        for which, names in (
             (flat, ("origin", "u", "v", "triangle", "chart", "normal")),
             (ball, ("ball_centre", "ball_linear", "ball_inverse")),
-            (some[self.shape], ("shape", "surface")),
+            (both, ("shape", "surface")),
         ):
             for name in names:
-                setattr(out, name, getattr(self, name)[keep])
+                setattr(out, name, getattr(self, name).take(which, axis=0))
         return out
 
     @cached_property
@@ -104,6 +109,16 @@ class Facets:
         low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
         low = np.concatenate([low, self.ball_centre - reach])
         return low.T.copy(), np.concatenate([high, self.ball_centre + reach]).T.copy()
+
+    @cached_property
+    def spheres(self):
+        """Centres (3, m) and radii (m,) m of balls that hold a facet each, in single precision, a little wider."""
+        far = self.u + np.where(self.triangle[:, None], 0.0, self.v)
+        middle = (self.u + self.v) / np.where(self.triangle, 3.0, 2.0)[:, None]
+        radius = np.sqrt(np.max([((p - middle) ** 2).sum(axis=1) for p in (0.0, self.u, self.v, far)], axis=0))
+        centre = (self.origin + middle).T
+        wider = SINGLE * np.abs(centre).max(initial=0.0)
+        return np.ascontiguousarray(centre, np.float32), (radius * (1 + SINGLE) + wider).astype(np.float32)
 
     @cached_property
     def near_flats(self):

@@ -116,7 +116,7 @@ def merged_corners(mesh, split, size):
     points = split.points.reshape(-1, 3)
     cell = np.floor((points - points.min(axis=0)) / max(size, 1e-300)).astype(np.int64)
     cell = np.minimum(cell, 1 << 15)
-    side = _side(split.normals.reshape(-1, 3))
+    side = side_of(split.normals.reshape(-1, 3))
     key = (((cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]) * SIDES + side).astype(np.uint64)
     vertex = mesh.triangles[split.triangle[whole.reshape(-1, 3)[:, 0]]].ravel()
     distinct = len(np.unique(vertex * SIDES + side[whole]))
@@ -126,7 +126,7 @@ def merged_corners(mesh, split, size):
     return np.unique(key, return_inverse=True)[1].reshape(-1, 3).astype(np.int32), distinct
 
 
-def _side(normals):
+def side_of(normals):
     """(c,) which of SIDES normals (c, 3) look to."""
     axis = np.argmax(np.abs(normals), axis=1)
     return axis * 2 + (normals[np.arange(len(normals)), axis] > 0)

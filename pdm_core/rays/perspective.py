@@ -8,6 +8,7 @@ from ..closed_forms import cross
 from .bundles import linear
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
+from .sieve import over_from, worth_it
 
 
 def seen_from(facets, points, receivers, point, who, skip=-1, beyond=None):
@@ -69,6 +70,8 @@ class _Seen:
         before = _between(facets, centres, plane, pairs.target)
         before = before[shape[before] != skip]
         flat, ball = np.split(before, [np.searchsorted(before, m)])
+        if k == 1 and worth_it(len(flat), len(self.x)):
+            flat = over_from(facets, plane, centres[0], flat, self.x, self.y)
         self.inverse, *boxes = _projective(facets, centres, plane, flat)
         boxes = [np.concatenate(both, axis=1) for both in zip(boxes, _ball_cones(facets, centres, plane, ball - m))]
         self.flats = len(flat) * k

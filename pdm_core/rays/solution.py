@@ -39,7 +39,8 @@ class RaySolution(ReadOff):
     def incident_steps(self, surface, points, normals=None, inward=None, roughly=False):
         """Irradiance / pi (n, 3) at points (n, 3) m of surfaces (n,), see incident: generator of the fraction done."""
         out, n = np.empty((len(points), 3)), max(len(points), 1)
-        for part in slices(len(points), AT_ONCE):
+        # as many as facets, which are projected anew for each part
+        for part in slices(len(points), max(AT_ONCE, self._state.facets.count)):
             own = [None if a is None else a[part] for a in (normals, inward)]
             receivers = read_places(self._state.facets, surface[part], points[part], *own)
             share = len(receivers) / n
