@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT / "tests" / "core"))
 from rooms import both_sides, cube_planes  # noqa: E402
 from sphere_patches import sphere_patch_unoccluded  # noqa: E402
 
-from pdm_core import Plane, Scene, Sphere, Surface, form_factors, pdm_form_factor  # noqa: E402
+from pdm_core import Plane, Polygon, Scene, Sphere, Surface, form_factors, pdm_form_factor  # noqa: E402
 
 OPPOSITE, ADJACENT = 0.199824895698387, 0.200043776075403
 
@@ -165,9 +165,54 @@ def inside():
     yield row("ball in a dome", "rtol 1e-6", worst([(f.F[0, 1], 1), (f.F[1, 0], 1 / 9)]), f.seconds)
 
 
+def around(loops, points=48):
+    """Points (n, 3) and steps (n, 3) m of Gauss rules along the edges of loops, holes turning the other way."""
+    s, weight = np.polynomial.legendre.leggauss(points)
+    begin = np.concatenate(loops)
+    along = np.concatenate([np.roll(loop, -1, axis=0) - loop for loop in loops])
+    at = begin[:, None] + (s[:, None] + 1) / 2 * along[:, None]
+    return at.reshape(-1, 3), (weight[:, None] / 2 * along[:, None]).reshape(-1, 3)
+
+
+def by_contours(one, other):
+    """A_1 F_12 m^2 of two outlines with their holes, apart and in full view of each other: Stokes on both, Sparrow
+    1963; no part of what it checks."""
+    (p, dp), (q, dq) = around(one), around(other)
+    return float((np.log(np.linalg.norm(p[:, None] - q, axis=2)) * (dp @ dq.T)).sum() / (2 * np.pi))
+
+
+def polygons():
+    """Of polygons that are no rectangles: outlines (n, 2) in the plane z = 0, beside those turned over at z = 1."""
+    turn = np.pi / 3 * np.arange(6)
+    ell = np.array([(0, 0), (2, 0), (2, 0.7), (0.8, 0.7), (0.8, 1.5), (0, 1.5)])
+    square, hole = np.array([(0, 0), (3, 0), (3, 3), (0, 3)]), np.array([(1, 2), (2, 2), (2, 1), (1, 1)])
+    cases = {
+        "triangle, triangle": ([[(0, 0), (1, 0), (0, 1)]], [[(0.2, 0), (1.4, 0.3), (0.5, 1.1)]]),
+        "slivers of triangles": ([[(0, 0), (1, 0), (1, 1e-3)]], [[(0, 0.3), (0.9, 0.01), (1, 0)]]),
+        "hexagon, hexagon": ([np.column_stack([np.cos(turn), np.sin(turn)])],) * 2,
+        "L, L turned": ([ell], [ell[:, ::-1][::-1] + (0.3, -0.2)]),
+        "square, square with a square hole": ([square], [square, hole]),
+        "both with a square hole": ([square, hole], [square * 0.9, hole + (0.1, 0.2)]),
+    }
+    for name, pair in cases.items():
+        for slant in (0.0, 0.4):  # the upper one also tilted
+            low, high = ([np.array(loop, float) for loop in loops] for loops in pair)
+            low = [np.column_stack([loop, 0 * loop[:, 0]]) for loop in low]
+            high = [np.column_stack([loop, 1 + slant * loop[:, 0]])[::-1] for loop in high]
+            shapes = [Polygon(loops[0], loops[1:]) for loops in (low, high)]
+            f = form_factors(Scene([Surface(shape) for shape in shapes]), 1e-10)
+            exact = by_contours(low, high)
+            pairs = [(f.F[0, 1] * shapes[0].area, exact), (f.F[1, 0] * shapes[1].area, exact)]
+            yield row(name + ", tilted" * (slant > 0), "rtol 1e-10; beside contours", worst(pairs), f.seconds)
+    wall = Plane((0, 0, 0), (0, 1, 0), (0, 0, 1))
+    cut = [Polygon([(0, 0, 0), (1, 0, 0), (0.4, 1, 0), (0, 1, 0)]), Polygon([(1, 0, 0), (1, 1, 0), (0.4, 1, 0)])]
+    f = form_factors(Scene([Surface(wall), *map(Surface, cut)]), 1e-10)
+    yield row("square cut askew, beside a square", "closed form", worst([(f.F[0, 1:].sum(), ADJACENT)]), f.seconds)
+
+
 def main(output):
     rows = []
-    for cases in (seed_room, squares, patched_cube, crowded_room, contact, inside):
+    for cases in (seed_room, squares, patched_cube, polygons, crowded_room, contact, inside):
         for result in cases():
             rows.append(result)
             case, method, error, seconds, *more = result.values()

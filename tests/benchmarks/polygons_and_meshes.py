@@ -2,17 +2,23 @@
 
     python tests/benchmarks/polygons_and_meshes.py [OUTPUT.json [PART ...]]
 
+Other parts that OUTPUT.json has stay as they are.
+
 `walls`: a room whose front has two windows under a sky, its walls as polygons, rectangles and triangles: CPU seconds
 and how far they differ at the same points, relative L2. `growth`: a bumpy sheet of ever
 more faces in a lit room, each in a process of its own: CPU seconds of solving and of reading off 5,000 vertices, peak
-memory.
+memory; `fine`: the same of 300,000 faces, with all its vertices. `terrain`: of 20,000 triangles with ten houses of
+polygons under a sky and a sun that is a ball, beside the same to a quarter of the target.
 `ball`: icospheres beside the Sphere. `coarse`: an icosphere of 80 faces, flat and smooth.
 """
 
+import ast
+import json
 import resource
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 from output import machine, save
@@ -138,19 +144,32 @@ def sheet(faces):
     return Scene(surfaces)
 
 
-def growth_one(faces, target):
+def growth_one(faces, target, read=READ):
     start = time.process_time()
     scene = sheet(faces)
     solution = solve(scene, target, time_limit=10 * PATIENCE)
     solved = time.process_time() - start
     mesh = scene.surfaces[6].shape
-    solution.radiance(6, mesh.vertices[:: max(len(mesh.vertices) // READ, 1)])
+    points = mesh.vertices[:: max(len(mesh.vertices) // read, 1)]
+    solution.radiance(6, points)
     row = {
         "faces": len(mesh.triangles), "target": target, "stated": solution.error, "nodes": solution.nodes,
-        "cpu_seconds": solved, "read_cpu_seconds": time.process_time() - start - solved,
+        "cpu_seconds": solved, "points": len(points), "read_cpu_seconds": time.process_time() - start - solved,
         "peak_megabytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     }  # fmt: skip
     print(row)
+
+
+def apart(*arguments):
+    """The row of growth_one in a process of its own."""
+    words = [sys.executable, __file__, "growth_one", *map(str, arguments)]
+    row = ast.literal_eval(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+    print(row, flush=True)
+    return row
+
+
+def fine_part():
+    return apart(300_000, TARGET, 300_000)
 
 
 def growth_part():
@@ -158,13 +177,58 @@ def growth_part():
     for target in (0.04,):
         rows = []
         for faces in FACES:
-            words = [sys.executable, __file__, "growth_one", str(faces), str(target)]
-            rows.append(eval(subprocess.run(words, capture_output=True, text=True, check=True).stdout))
-            print(rows[-1], flush=True)
+            rows.append(apart(faces, target))
         size, cpu = (np.log([row[name] for row in rows]) for name in ("faces", "cpu_seconds"))
         out[str(target)] = {"rows": rows, "exponent": float(np.polyfit(size, cpu, 1)[0]),
                             "last_exponent": float((cpu[-1] - cpu[-2]) / (size[-1] - size[-2]))}  # fmt: skip
     return out
+
+
+# --- terrain ----------------------------------------------------------------------------------------------------------
+
+
+def terrain(cells=100):
+    def height(x, y):
+        return 2 * np.sin(x / 6) * np.cos(y / 5) + 0.5 * np.sin(1.3 * x + y)
+
+    x, y = np.meshgrid(*[np.linspace(-30, 30, cells + 1)] * 2, indexing="ij")
+    at = np.arange((cells + 1) ** 2).reshape(cells + 1, cells + 1)
+    quads = np.stack([at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]], -1).reshape(-1, 4)
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    ground = Mesh(np.stack([x, y, height(x, y)], -1).reshape(-1, 3), faces)
+    surfaces, rng = [Surface(ground, (0.3, 0.4, 0.2), name="ground")], np.random.default_rng(0)
+    for k in range(10):
+        x, y = rng.uniform(-20, 20, 2)
+        w, d, h = rng.uniform(3, 6, 3)
+        low = np.array([(x, y), (x + w, y), (x + w, y + d), (x, y + d)])
+        low = np.column_stack([low, np.full(4, height(x, y) - 0.5)])
+        high = low + [0, 0, h]
+        ridge = [(high[a] + high[b]) / 2 + [0, 0, h / 2] for a, b in ((0, 3), (1, 2))]
+        a, b, c, d = low
+        e, f, g, i = high
+        sides = [a, b, f, e], [b, c, g, ridge[1], f], [c, d, i, g], [d, a, e, ridge[0], i]
+        sides += [e, f, ridge[1], ridge[0]], [g, i, ridge[0], ridge[1]]
+        surfaces += [Surface(Polygon(np.array(side)), (0.6, 0.5, 0.4), name=f"house {k + 1}") for side in sides]
+    away = 6000.0  # m: a hundred times the terrain's width
+    sun = Sphere.at(away * np.array([0.5, 0.3, 0.8]), away * np.tan(np.radians(0.53 / 2)))
+    surfaces.append(Surface(sun, 0.0, (8e4, 7.5e4, 6.5e4), name="sun"))
+    return Scene(surfaces, background=(0.3, 0.5, 0.8))
+
+
+def terrain_part():
+    scene = terrain()
+    solution, cpu = timed(scene, TARGET)
+    start = time.process_time()
+    points = scene.surfaces[0].shape.vertices
+    solution.radiance(0, points)
+    read = time.process_time() - start
+    row = {"faces": len(scene.surfaces[0].shape.triangles), "target": TARGET, "stated": solution.error,
+           "nodes": solution.nodes, "cpu_seconds": cpu, "points": len(points), "read_cpu_seconds": read}  # fmt: skip
+    print(row, flush=True)
+    tighter, _ = timed(scene, TARGET / TIGHTER)
+    row |= {"measured": float(difference(scene, solution, tighter, 3000)[0]), "tighter_stated": tighter.error}
+    print(row, flush=True)
+    return row
 
 
 # --- balls ------------------------------------------------------------------------------------------------------------
@@ -252,16 +316,21 @@ def coarse_part():
     return rows
 
 
-PARTS = {"walls": walls_part, "growth": growth_part, "ball": ball_part, "coarse": coarse_part}
+PARTS = {
+    "walls": walls_part, "growth": growth_part, "fine": fine_part, "terrain": terrain_part, "ball": ball_part,
+    "coarse": coarse_part,
+}  # fmt: skip
 
 
 def main(output="build/bench/polygons_and_meshes.json", *parts):
-    found = {name: PARTS[name]() for name in parts or PARTS}
-    save(output, {"about": machine(), **found})
+    kept = json.loads(Path(output).read_text()) if Path(output).exists() else {}
+    for name in parts or PARTS:
+        kept[name] = PARTS[name]()
+        save(output, kept | {"about": machine()})
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["growth_one"]:
-        growth_one(int(sys.argv[2]), float(sys.argv[3]))
+        growth_one(int(sys.argv[2]), float(sys.argv[3]), *map(int, sys.argv[4:]))
     else:
         main(*sys.argv[1:])
