@@ -11,7 +11,7 @@ from ..at_once import AT_ONCE, entries_of, in_turn, runs
 from ..signs_of_life import in_thread
 from .merged import SIDES, side_of
 
-MANY = 4096  # places of a surface from which on they may be too many
+MANY = 1 << 15  # places of a surface from which on they may be too many: below, two looks cost more than one at all
 EACH = 48  # of them in a cell, of which light is gathered at two: one look costs as much as many more in it
 FINER = 0.25  # halvings of a cell's width, from one that is tried to the next
 AROUND = 1.5  # cells within which others count

@@ -4,14 +4,21 @@ import numpy as np
 import pytest
 
 from pdm_core import Mesh, Scene, Sphere, Surface, solve
+from pdm_core.rays import thinned as thinning
 from pdm_core.rays.bundles import Receivers, along
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.perspective import seen_from
 from pdm_core.rays.sieve import worth_it
-from pdm_core.rays.thinned import MANY, thinned
 from pdm_core.signs_of_life import finish
 
+MANY = 4096
 CELLS = 160  # along each side of a sheet
+
+
+@pytest.fixture(autouse=True)
+def fewer(monkeypatch):
+    """As with more places, but quicker."""
+    monkeypatch.setattr(thinning, "MANY", MANY)
 
 
 def sheet(cells=CELLS):
@@ -40,7 +47,7 @@ def read(points, normals, light, tolerance, mesh=True):
         yield
         return np.repeat(light(some.points, some.normals)[:, None], 3, axis=1)
 
-    steps = thinned(gather, places(points, normals), np.array([mesh]), np.full(len(points), tolerance))
+    steps = thinning.thinned(gather, places(points, normals), np.array([mesh]), np.full(len(points), tolerance))
     return finish(steps)[:, 0], sum(told)
 
 
