@@ -1,5 +1,6 @@
 """The pixels of Blender's images as linear light, whatever the file holds; images without pixels are said."""
 
+import bpy
 import numpy as np
 
 from .picture import linear_of_srgb
@@ -25,7 +26,7 @@ class ImageError(ValueError):
 
 
 def read_pixels(image):
-    """A bpy image -> (h, w, 4) float32, row 0 the lowest: linear Rec.709 and alpha, colours multiplied by alpha.
+    """A bpy image -> (h, w, 4) float32, row 0 the lowest: linear Rec.709 and alpha, by which colours are multiplied.
 
     They are what an Image Texture node of the full image shows where its Alpha is not used. ImageError where the image
     is missing, empty, several images, or in a colour space that is not known here.
@@ -44,9 +45,26 @@ def read_pixels(image):
         _decode(pixels, image)
     if image.alpha_mode == "NONE":
         pixels[..., 3] = 1.0
-    elif image.alpha_mode != "CHANNEL_PACKED" and not image.is_float:  # Blender keeps floats multiplied by alpha
+    elif not has_own_alpha(image) and not _is_multiplied(image):
         pixels[..., :3] *= pixels[..., 3:]
     return pixels
+
+
+def _is_multiplied(image):
+    """Whether colours are multiplied by alpha in Blender's own pixels as far as Cycles does: floats are, once, and
+    Cycles of Blender 5 does it again with what it is handed."""
+    is_again = bpy.app.version >= (5, 0) and is_held(image) and image.alpha_mode == "STRAIGHT"
+    return image.is_float and not is_again
+
+
+def is_held(image):
+    """Whether Blender hands the pixels to Cycles, floats as linear ones, which reads other images from their files."""
+    return image.source == "GENERATED" or image.packed_file is not None
+
+
+def has_own_alpha(image):
+    """Whether its fourth channel tells nothing about the other three: packed, left out, or data."""
+    return image.alpha_mode in ("CHANNEL_PACKED", "NONE") or image.colorspace_settings.name == "Non-Color"
 
 
 def _four_channels(pixels):

@@ -5,7 +5,8 @@ import os
 import bpy
 import numpy as np
 
-from .image_pixels import ImageError, read_pixels
+from .image_pixels import ImageError, has_own_alpha, is_held, read_pixels
+from .node_math import moved_in_node
 from .node_places import read_off
 from .node_places import uv as uv_map
 from .node_values import Value, derive
@@ -21,15 +22,15 @@ def _image_texture(output, walk):
         picture = _picture(node.image, walk.images)
     except ImageError as error:
         return Unknown(f", whose {error}")
-    is_straight = node.outputs["Alpha"].is_linked and node.image.alpha_mode not in ("CHANNEL_PACKED", "NONE")
+    is_straight = node.outputs["Alpha"].is_linked and not has_own_alpha(node.image)
     use = Use(node.extension, node.interpolation if node.interpolation in ("Closest", "Linear") else "Cubic",
-              is_straight and node.image.colorspace_settings.name != "Non-Color")  # fmt: skip
+              is_straight)  # fmt: skip
     columns = slice(3, 4) if output.socket.identifier == "Alpha" else slice(3)
     vector = output.input("Vector")
     is_linked, projection, blend = walk.is_linked(vector), node.projection, node.projection_blend
 
     def shown(given):
-        vector = given if is_linked else uv_map()
+        vector = moved_in_node(node, given if is_linked else uv_map())
         if projection == "BOX":
             seen = _seen_from_three_sides(picture, use, vector, blend)
         else:
@@ -128,8 +129,10 @@ def _picture(image, known):
 
 
 def _single(image):
-    encoded = not image.is_float and image.colorspace_settings.name == "sRGB"
-    return Picture(read_pixels(image), encoded, image.alpha_mode == "CHANNEL_PACKED")
+    encoding = None
+    if image.colorspace_settings.name == "sRGB" and not (image.is_float and is_held(image)):
+        encoding = np.float32 if image.is_float else np.uint8
+    return Picture(read_pixels(image), encoding, has_own_alpha(image))
 
 
 def _tiles(image):

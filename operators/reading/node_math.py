@@ -257,6 +257,20 @@ def _mapping(output, walk):
     return Recipe([output.input(name) for name in names], lambda *values: derive(moved, *values))
 
 
+def moved_in_node(node, vector):
+    """The Value of a texture's place moved by what its node holds itself, as Cycles does: the sidebar's Texture
+    Mapping."""
+    held, kind = node.texture_mapping, node.texture_mapping.vector_type
+    at, turn, scale = (np.array(v, float)[None] for v in (held.translation, held.rotation, held.scale))
+    swap = np.zeros((3, 3))
+    for k, axis in enumerate((held.mapping_x, held.mapping_y, held.mapping_z)):
+        if axis != "NONE":
+            swap[k, "XYZ".index(axis)] = 1.0
+    if not at.any() and not turn.any() and (scale == 1).all() and (swap == np.eye(3)).all():
+        return vector
+    return derive(lambda v: _MAPPINGS[kind](v @ swap.T, at, turn, scale), vector)
+
+
 def _separate_xyz(output, walk):
     k = "XYZ".index(output.socket.identifier)
     return Recipe([output.input("Vector")], lambda vector: part(vector, k))

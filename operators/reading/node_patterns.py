@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .node_math import moved_in_node
 from .node_places import read_off
 from .node_values import constant, derive
 from .node_walk import Recipe, Unknown, title
@@ -23,7 +24,8 @@ def pattern(names, function):
         wants_number = output.socket.identifier == "Fac"
 
         def whole(given, *inputs):
-            result = derive(made, given if is_linked else read_off("generated"), *inputs)
+            place = moved_in_node(output.node, given if is_linked else read_off("generated"))
+            result = derive(made, place, *inputs)
             return derive(lambda a: _as(a, wants_number), result)
 
         return Recipe([vector, *(output.input(name) for name in names)], whole)

@@ -63,6 +63,8 @@ def _attribute(name, output, walk):
 
 def _mesh_attribute(output, walk):
     node = output.node
+    if node.attribute_type == "GEOMETRY" and not node.attribute_name:
+        return _given(constant(np.zeros(3)))
     if node.attribute_type == "GEOMETRY":
         return _attribute(node.attribute_name, output, walk)
     if node.attribute_type in ("OBJECT", "INSTANCER") and node.attribute_name == "color":

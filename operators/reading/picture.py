@@ -11,13 +11,14 @@ ROWS = 64  # of an image, encoded at once
 
 
 class Picture:
-    """pixels (h, w, 4) float32 linear, multiplied by alpha unless `is_packed`: a fourth channel of its own. encoded:
-    whether Cycles keeps it as sRGB bytes, between which it interpolates before it decodes them.
+    """pixels (h, w, 4) float32 linear, multiplied by alpha unless `is_packed`: a fourth channel of its own. encoding:
+    numpy's type of the sRGB values, 255 for 1, that Cycles keeps of it and interpolates between before it decodes
+    them; None where it keeps linear ones.
     """
 
-    def __init__(self, pixels, encoded=False, is_packed=False):
-        self.encoded = encoded
-        self.pixels = _bytes(pixels, is_packed) if encoded else pixels  # what is interpolated between
+    def __init__(self, pixels, encoding=None, is_packed=False):
+        self.encoded = encoding is not None
+        self.pixels = _encoded(pixels, encoding, is_packed) if self.encoded else pixels  # what is interpolated between
 
     def look_up(self, uv, use):
         """uv (n, 2) in images -> colour and alpha (n, 4)."""
@@ -25,17 +26,18 @@ class Picture:
         return use.finish(found / 255 if self.encoded else found, self.encoded)
 
 
-def _bytes(pixels, is_packed):
-    """Linear (h, w, 4) -> sRGB bytes, multiplied by alpha as bytes where that is no channel of its own."""
-    encoded = np.empty(pixels.shape, np.uint8)
+def _encoded(pixels, encoding, is_packed):
+    """Linear (h, w, 4) -> sRGB values, multiplied by alpha once they are, where that is no channel of its own."""
+    encoded = np.empty(pixels.shape, encoding)
+    whole = np.rint if encoding == np.uint8 else np.asarray
     for y in range(0, len(pixels), ROWS):  # as whole, an image's doubles fill the memory
         rows, alpha = pixels[y : y + ROWS, :, :3], pixels[y : y + ROWS, :, 3:]
         is_clear = not is_packed and (alpha < 1).any()
         if is_clear:
             rows = np.divide(rows, alpha, out=np.zeros_like(rows), where=alpha > 0)
-        values = np.rint(srgb_of_linear(np.clip(rows, 0.0, 1.0)) * 255)
+        values = whole(srgb_of_linear(np.maximum(rows, 0.0)) * 255)
         encoded[y : y + ROWS, :, :3] = values * alpha + 1e-4 if is_clear else values
-        encoded[y : y + ROWS, :, 3:] = np.rint(alpha * 255)
+        encoded[y : y + ROWS, :, 3:] = whole(alpha * 255)
     return encoded
 
 

@@ -64,6 +64,17 @@ def material(name, build):
     return made
 
 
+def image_file(depth, kind="PNG", ending="png", space="sRGB"):
+    """A file of that many bits a channel, with alpha, as a render saves it."""
+    made, settings = image(alpha=True, is_float=True, space="Linear Rec.709"), bpy.context.scene.render.image_settings
+    settings.file_format, settings.color_mode, settings.color_depth = kind, "RGBA", depth
+    path = f"{bpy.app.tempdir}picture{depth}.{ending}"
+    made.save_render(path)
+    loaded = bpy.data.images.load(path)
+    loaded.colorspace_settings.name = space
+    return loaded
+
+
 def image(name="Picture", alpha=False, is_float=False, space="sRGB", size=(13, 9), mode="STRAIGHT"):
     """A packed image of random pixels."""
     made = bpy.data.images.new(name, *size, alpha=alpha, float_buffer=is_float)
@@ -181,6 +192,54 @@ def _(t, kind):
 @tree("image by generated coordinates")
 def _(t):
     return t.add("TexImage", {"Vector": t.add("TexCoord").outputs["Generated"]}, image=image()).outputs["Color"]
+
+
+@each(["sRGB", "Non-Color"], "image of bytes with alpha")
+def _(t, space):
+    return t.add("TexImage", image=image(alpha=True, space=space)).outputs["Color"]
+
+
+@each(["8", "16"], "image file of bits")
+def _(t, depth):
+    return t.add("TexImage", image=image_file(depth)).outputs["Color"]
+
+
+@each(["8", "16"], "image file mixed by its alpha of bits")
+def _(t, depth):
+    node = t.add("TexImage", image=image_file(depth))
+    return t.add("MixRGB", {"Fac": node.outputs["Alpha"], "Color1": (0.2, 0.5, 0.3), "Color2": node.outputs["Color"]})
+
+
+@each(["sRGB", "Linear Rec.709"], "image of floats with alpha")
+def _(t, space):
+    return t.add("TexImage", image=image(alpha=True, is_float=True, space=space)).outputs["Color"]
+
+
+@tree("image file of linear floats")
+def _(t):
+    return t.add("TexImage", image=image_file("32", "OPEN_EXR", "exr", "Linear Rec.709")).outputs["Color"]
+
+
+@each(["POINT", "TEXTURE", "VECTOR", "NORMAL"], "texture mapping")
+def _(t, kind):
+    node = t.add("TexImage", {"Vector": t.colour()}, image=image())
+    held = node.texture_mapping
+    held.vector_type, held.translation = kind, (0.2, 0.1, 0.3)
+    held.rotation, held.scale = (0.2, 0.3, 0.4), (2.0, 1.5, 0.7)
+    held.mapping_x, held.mapping_y, held.mapping_z = "Y", "Z", "X"
+    return node.outputs["Color"]
+
+
+@tree("texture mapping of a gradient")
+def _(t):
+    node = t.add("TexGradient")
+    node.texture_mapping.scale, node.texture_mapping.mapping_x = (0.7, 1, 1), "Y"
+    return node.outputs["Color"]
+
+
+@tree("attribute without a name")
+def _(t):
+    return t.add("Attribute", attribute_name="").outputs["Color"]
 
 
 BLENDS = ("MIX DARKEN MULTIPLY BURN LIGHTEN SCREEN DODGE ADD OVERLAY SOFT_LIGHT LINEAR_LIGHT DIFFERENCE EXCLUSION "

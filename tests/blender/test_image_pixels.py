@@ -39,6 +39,8 @@ def test_data_stays_as_it_is_and_colours_are_multiplied_by_alpha(addon, tmp_path
     values = random_bytes(opaque=False)
     image = byte_image(tmp_path, values, "Non-Color")
     read_pixels = addon("operators.reading.image_pixels").read_pixels
+    assert np.allclose(read_pixels(image), values / 255, atol=1e-6)
+    image.colorspace_settings.name = "Linear Rec.709"
     assert np.allclose(read_pixels(image)[..., :3], values[..., :3] / 255 * values[..., 3:] / 255, atol=1e-6)
     image.alpha_mode = "CHANNEL_PACKED"
     assert np.allclose(read_pixels(image), values / 255, atol=1e-6)
