@@ -155,6 +155,8 @@ SENTENCES = {
     "that lights all, and all blocks it": "isso ilumina tudo, e tudo o tapa",
     "use a lamp instead": "use antes uma luz",
     # materials
+    "its Generated coordinates are those of the mesh as its modifiers leave it, and Cycles' are not": "as suas "
+    "coordenadas Generated são as da malha como os modificadores a deixam, e as do Cycles não",
     "it has no {} {} that its material asks for": "não tem {} {}, que o seu material pede",
     "UV map": "mapa UV",
     "attribute": "atributo",

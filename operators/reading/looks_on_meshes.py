@@ -18,6 +18,7 @@ def looks_on(mesh, looks, baked):
     layers = mesh.raw.layers
     if layers is None:
         return own
+    mesh.warnings += layers.told
     for kind, name in layers.missing:
         what = {"uv": "UV map", "attribute": "attribute"}[kind]
         mesh.warnings.append(f"it has no {what} {name!r} that its material asks for: it is taken as 0")

@@ -4,20 +4,27 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .mesh_arrays import Arrays
+from .mesh_arrays import Arrays, arrays_of
+
+DEFORMING = set(  # modifiers that move vertices, which Generated coordinates do not follow
+    "ARMATURE CAST CLOTH CORRECTIVE_SMOOTH CURVE DISPLACE HOOK LAPLACIANDEFORM LAPLACIANSMOOTH LATTICE MESH_DEFORM "
+    "OCEAN SHRINKWRAP SIMPLE_DEFORM SMOOTH SOFT_BODY SURFACE_DEFORM WARP WAVE".split()
+)
+FOLLOWS = "its Generated coordinates are those of the mesh as its modifiers leave it, and Cycles' are not; apply them"
 
 
 @dataclass(eq=False)
 class MeshLayers:
     """arrays: the mesh's Arrays; layers {(kind, name): (c, k)} by corners; space: (centre (3,), half size (3,)) of
-    generated coordinates; colour (4,) of the object; missing: [(kind, name)] that the mesh has not; default_colour:
-    the name of the attribute that is named ''."""
+    generated coordinates; colour (4,) of the object; missing: [(kind, name)] that the mesh has not; told: [sentence];
+    default_colour: the name of the attribute that is named ''."""
 
     arrays: Arrays
     space: tuple
     colour: np.ndarray
     layers: dict = field(default_factory=dict)
     missing: list = field(default_factory=list)
+    told: list = field(default_factory=list)
     default_colour: str = ""
 
 
@@ -29,7 +36,9 @@ def gather_layers(obj, arrays, needs, copies):
     mesh = obj.data
     key = (mesh.as_pointer(), needs)
     if key not in copies:
-        copies[key] = _gathered(mesh, arrays, needs)
+        copies[key] = found = _gathered(mesh, arrays, needs)
+        if ("generated", "") in needs and obj.original.type == "MESH":
+            _add_undeformed(found, obj.original, arrays)
     return replace(copies[key], colour=np.array(obj.color, float))
 
 
@@ -47,6 +56,18 @@ def _gathered(mesh, arrays, needs):
             else:
                 found.layers[kind, name] = values
     return found
+
+
+def _add_undeformed(found, original, arrays):
+    """Generated coordinates are of the mesh before anything moves its vertices: of corners, where that shows."""
+    if not (original.modifiers or original.data.shape_keys):
+        return
+    base, (centre, half) = arrays_of(original.data), found.space
+    if np.array_equal(base.corners, arrays.corners) and np.array_equal(base.counts, arrays.counts):
+        at = base.vertices[base.corners]
+        found.layers["generated", ""] = (at - centre) / np.where(half != 0, 2 * half, 1.0) + 0.5
+    elif original.data.shape_keys or any(m.show_viewport and m.type in DEFORMING for m in original.modifiers):
+        found.told.append(FOLLOWS)
 
 
 def _array(collection, name, kind, width=1):
@@ -75,7 +96,8 @@ _FIELDS = {  # of attributes' data, by their type: (name, numbers)
 
 
 def _attribute(mesh, name, arrays):
-    """(c, 4): a colour attribute with its alpha, another as its number three times or its vector, alpha 1; or None."""
+    """(c, 5): a colour attribute with its alpha, another as its number three times or its vector, alpha 1; and the
+    number it is where one is asked for; or None."""
     attribute = mesh.attributes.get(name) if name else None
     if attribute is None or attribute.data_type not in _FIELDS or attribute.domain not in ("POINT", "CORNER", "FACE"):
         return None
@@ -86,9 +108,10 @@ def _attribute(mesh, name, arrays):
         values = values[arrays.corners]
     elif attribute.domain == "FACE":
         values = np.repeat(values, arrays.counts, axis=0)
-    whole = np.zeros((len(values), 4), np.float32)
+    whole = np.zeros((len(values), 5), np.float32)
     whole[:, 3] = 1.0
     whole[:, :width] = values
     if width == 1:
         whole[:, :3] = values
+    whole[:, 4] = whole[:, 0] if width == 2 else whole[:, :3].mean(axis=1)
     return whole

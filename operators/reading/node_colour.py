@@ -30,13 +30,14 @@ def rgb_of_hsv(hsv):
 
 
 def _coloured(hue, saturation, value):
-    """(n, 1) each -> (n, 3)"""
+    """(n, 1) each -> (n, 3); a hue beyond 0..1 is one of its last sixth"""
+    hue = np.where((hue >= 0) & (hue < 1), hue, np.where(hue == 1, 0.0, (5 + (6 * hue) % 1.0) / 6))
     return value * (1 + saturation * (_pure(hue) - 1))
 
 
 def _pure(hue):
     """(n, 1) -> (n, 3) the full colour of a hue"""
-    return np.clip(np.abs((6 * hue + [0, 4, 2]) % 6 - 3) - 1, 0.0, 1.0)
+    return np.clip(np.abs(6 * hue - [3, 2, 4]) * [1, -1, -1] + [-1, 2, 2], 0.0, 1.0)
 
 
 def hsl_of_rgb(rgb):
@@ -193,9 +194,11 @@ def _curves(chains, factor, socket):
 
     def read(output, walk):
         table, least, most = _curve_table(output.node, chains)
+        goes_on = output.node.mapping.extend == "EXTRAPOLATED"
 
         def curved(share, value):
             at = (value - least) / (most - least)
+            at = at if goes_on else np.clip(at, 0.0, 1.0)
             columns = [_looked_up(table[:, k : k + 1], at[:, k]) for k in range(len(chains))]
             return _between(value, np.concatenate(columns, axis=1), share)
 

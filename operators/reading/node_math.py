@@ -196,9 +196,9 @@ def _map_range(output, walk):
         elif node_kind != "LINEAR":
             x = _smooth(x) if node_kind == "SMOOTHSTEP" else _smoother(x)
         result = low + x * (high - low)
-        if clamp:
-            result = np.clip(result, np.minimum(low, high), np.maximum(low, high))
-        return result if of_vectors else np.where(least != most, result, 0.0)
+        if not of_vectors:
+            result = np.where(least != most, result, 0.0)
+        return np.clip(result, np.minimum(low, high), np.maximum(low, high)) if clamp else result
 
     node_kind, clamp = node.interpolation_type, node.clamp
     return Recipe([output.input(name) for name in names], lambda *values: derive(mapped, *values))

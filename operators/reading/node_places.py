@@ -55,16 +55,16 @@ def _attribute(name, output, walk):
         return _given(at_places(None, ("bake", name)))
     values = read_off("attribute", name)
     kind = output.socket.identifier
-    if kind == "Alpha":
-        return _given(part(values, 3))
-    colour = derive(lambda rgba: rgba[:, :3], values)
-    return _given(derive(lambda rgb: rgb.mean(axis=1, keepdims=True), colour) if kind == "Fac" else colour)
+    if kind in ("Alpha", "Fac"):
+        return _given(part(values, 3 if kind == "Alpha" else 4))
+    return _given(derive(lambda rgba: rgba[:, :3], values))
 
 
 def _mesh_attribute(output, walk):
     node = output.node
     if node.attribute_type == "GEOMETRY" and not node.attribute_name:
-        return _given(constant(np.zeros(3)))
+        none = {"Alpha": 1.0, "Fac": 0.0}.get(output.socket.identifier, np.zeros(3))
+        return _given(constant(none))
     if node.attribute_type == "GEOMETRY":
         return _attribute(node.attribute_name, output, walk)
     if node.attribute_type in ("OBJECT", "INSTANCER") and node.attribute_name == "color":

@@ -7,6 +7,7 @@ import numpy as np
 from ...pdm_core.shapes.shape import unit
 from .nearest_face import NearestFace
 from .node_values import evaluate
+from .read_mesh import FLATTEST
 
 CHUNK = 32768  # points at a time
 AFFINE = 2e-6  # of the range of values: a map that is straight to this is taken so, and needs no faces
@@ -46,9 +47,11 @@ class Faces:
         is_flat = (np.ptp(shaded, axis=1) < AFFINE).all(axis=1)
         return np.where(is_flat[:, None, None], own, shaded)
 
-    def local(self, points):
-        """points (n, 3) m in the world -> (n, 3) in the object's own coordinates."""
-        return (points - self.matrix[:3, 3]) @ self.inverse.T
+    @cached_property
+    def is_flat(self):
+        """Whether the matrix leaves no volume, so that places in the world do not tell those in the object."""
+        scale = np.linalg.svd(self.matrix[:3, :3], compute_uv=False)
+        return not scale[2] > FLATTEST * scale[0]
 
     def straight(self, key):
         """(4, k): the layer as one straight map of (local coordinates, 1) over all these faces, or None."""
@@ -79,30 +82,41 @@ class Places:
             return faces.layers.colour[None]
         if kind == "normal":
             return self._normals()
-        local = faces.local(self.points)
         if kind == "local":
-            return local
-        if kind == "generated":
+            return self.local
+        if kind == "generated" and (kind, name) not in faces.layers.layers:
             centre, half = faces.layers.space
-            return (local - centre) / np.where(half != 0, 2 * half, 1.0) + 0.5
-        values = self._layer((kind, name), local)
-        return values if kind == "attribute" else np.concatenate([values, np.zeros((len(values), 1))], axis=1)
+            return (self.modelled - centre) / np.where(half != 0, 2 * half, 1.0) + 0.5
+        values = self._layer((kind, name))
+        return np.concatenate([values, np.zeros((len(values), 1))], axis=1) if kind == "uv" else values
 
-    def _layer(self, key, local):
+    @cached_property
+    def local(self):
+        """(n, 3) m in the object's own coordinates; as Cycles, 0 along an axis that is pressed flat."""
+        return (self.points - self.faces.matrix[:3, 3]) @ self.faces.inverse.T
+
+    @cached_property
+    def modelled(self):
+        """(n, 3) m in the object's own coordinates, on its faces whatever presses them flat."""
+        return self._between(self.faces.places.__getitem__) if self.faces.is_flat else self.local
+
+    def _layer(self, key):
         faces = self.faces
         if key not in faces.layers.layers:
-            return np.zeros((len(local), 4 if key[0] == "attribute" else 2))
-        straight = faces.straight(key)
+            return np.zeros((len(self.points), 5 if key[0] == "attribute" else 2))
+        straight = None if faces.is_flat else faces.straight(key)
         if straight is not None:
-            return local @ straight[:3] + straight[3]
-        triangle, weights = self.located
-        return np.einsum("nc,nck->nk", weights, faces.layers.layers[key][faces.corners[triangle]])
+            return self.local @ straight[:3] + straight[3]
+        return self._between(lambda triangle: faces.layers.layers[key][faces.corners[triangle]])
 
     def _normals(self):
         """(n, 3) unit shading normals, local."""
+        return unit(self._between(self.faces.normals.__getitem__))
+
+    def _between(self, held):
+        """(n, k) at the points, of what corners hold: held(triangles (n,)) -> (n, 3, k)."""
         triangle, weights = self.located
-        normals = self.faces.normals[triangle]
-        return unit(np.einsum("nc,nck->nk", weights, normals))
+        return np.einsum("nc,nck->nk", weights, held(triangle))
 
     @cached_property
     def located(self):

@@ -237,9 +237,15 @@ def _(t):
     return node.outputs["Color"]
 
 
-@tree("attribute without a name")
+@each(["Color", "Vector", "Fac", "Alpha"], "attribute without a name")
+def _(t, name):
+    none = next(s for s in t.add("Attribute", attribute_name="").outputs if s.identifier == name)
+    return t.add("Math", {"Value": none, "Value_001": 0.5}, operation="MULTIPLY")
+
+
+@tree("a uv map as a number")
 def _(t):
-    return t.add("Attribute", attribute_name="").outputs["Color"]
+    return t.add("Attribute", attribute_name="Second").outputs["Fac"]
 
 
 BLENDS = ("MIX DARKEN MULTIPLY BURN LIGHTEN SCREEN DODGE ADD OVERLAY SOFT_LIGHT LINEAR_LIGHT DIFFERENCE EXCLUSION "
@@ -278,6 +284,16 @@ def _(t):
     node = t.add("RGBCurve", {"Fac": 0.8, "Color": t.colour()})
     for k, y in enumerate((0.3, 0.6, 0.7, 0.5)):
         bend(node.mapping.curves[k], y)
+    node.mapping.update()
+    return node
+
+
+@each(["HORIZONTAL", "EXTRAPOLATED"], "rgb curves beyond their ends")
+def _(t, kind):
+    moved = t.add("VectorMath", {"Vector": t.colour(), "Vector_001": (0.5, 0.5, 0.5)}, operation="SUBTRACT")
+    node = t.add("RGBCurve", {"Color": moved})
+    node.mapping.extend = kind
+    bend(node.mapping.curves[3], 0.6)
     node.mapping.update()
     return node
 
@@ -358,6 +374,11 @@ def _(t, kind):
     return t.add("MapRange", inputs, interpolation_type=kind)
 
 
+@tree("map range of nothing")
+def _(t):
+    return t.add("MapRange", {"Value": t.number(), "From Min": 0.5, "From Max": 0.5, "To Min": 0.3, "To Max": 0.8})
+
+
 @tree("map range of vectors")
 def _(t):
     inputs = {"Vector": t.colour(), "From_Max_FLOAT3": (0.8, 0.6, 0.7), "To_Min_FLOAT3": (0.1, 0.2, 0.3)}
@@ -383,6 +404,12 @@ def _(t, kind):
     one = t.add("SeparateColor", {"Color": t.colour()}, mode=kind)
     inputs = {"Red": one.outputs[1], "Green": one.outputs[0], "Blue": one.outputs[2]}
     return t.add("CombineColor", inputs, mode=kind)
+
+
+@each(["HSV", "HSL"], "combine hues beyond 1")
+def _(t, kind):
+    hue = t.add("Math", {"Value": t.number(), "Value_001": 3.0, "Value_002": -0.7}, operation="MULTIPLY_ADD")
+    return t.add("CombineColor", {"Red": hue, "Green": t.number(1), "Blue": 0.6}, mode=kind)
 
 
 @each(["RGB", "HSV"], "old separate and combine")

@@ -73,6 +73,40 @@ def test_box_projection_as_cycles_bakes_it(colours, blend):
     assert (off < 2e-3).mean() > 0.99
 
 
+def bent(obj):
+    made = obj.modifiers.new("Bend", "SIMPLE_DEFORM")
+    made.deform_method, made.angle = "BEND", 1.0
+
+
+def keyed(obj):
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Key")
+    key.data[7].co.z, key.data[9].co.x, key.value = 0.7, -0.5, 0.8
+
+
+def pressed(obj):
+    obj.scale.z = 0.0
+
+
+@pytest.mark.parametrize("change", [bent, keyed, pressed])
+@pytest.mark.parametrize("name", ["Generated", "Object"])
+def test_coordinates_of_what_is_moved(colours, change, name):
+    """Generated ones stay those of the mesh as it was modelled, the object's own are of where it is, as in Cycles."""
+    halved = {"Vector_001": (0.4, 0.4, 0.4), "Vector_002": (0.5, 0.5, 0.5)}
+
+    def build(t):
+        return t.add("VectorMath", {"Vector": t.add("TexCoord").outputs[name], **halved}, operation="MULTIPLY_ADD")
+
+    obj = cycles_colours.patch("Moved", [node_tables.material("Place", build)])
+    change(obj)
+    bpy.context.view_layer.update()
+    shown = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    theirs, points = cycles_colours.baked(obj), cycles_colours.corners(shown)
+    ours, warnings = colours(obj, points)
+    np.testing.assert_allclose(ours, theirs, atol=1e-3)
+    assert not warnings
+
+
 def chain(length):
     def build(t):
         colour = t.colour()

@@ -139,6 +139,16 @@ def test_missing_images_and_uv_maps_are_named(read):
         assert word in said
 
 
+def test_generated_coordinates_that_cannot_be_followed_are_named(read):
+    made = node_tables.material("Place", lambda t: t.add("TexCoord").outputs["Generated"])
+    for name, kinds in (("Finer", ["SUBSURF"]), ("Moved", ["WAVE"]), ("Both", ["WAVE", "SUBSURF"])):
+        obj = scenes.grid(name, 3, made_of=made)
+        for kind in kinds:
+            obj.modifiers.new(kind.title(), kind)
+    told = [text for text in read().warnings if "Generated" in text]
+    assert len(told) == 1 and "'Both'" in told[0]
+
+
 def test_tiles_are_read_from_their_files(read, tmp_path):
     for number, rgb in ((1001, (1.0, 0.0, 0.0)), (1002, (0.0, 1.0, 0.0))):
         one = bpy.data.images.new("Tile", 4, 4)
