@@ -1,10 +1,11 @@
 """Each modifier that Blender lists under Generate and Deform, and each kind of instance: its light and its bake.
 
-    PYTHON_WITH_BPY tests/benchmarks/modifiers.py [OUTPUT.json]
+    PYTHON_WITH_BPY tests/benchmarks/modifiers.py [OUTPUT.json [PART_OF_A_NAME]]
 
 light: the largest difference of the colours of a floor below it from those where the mesh that it leaves stands there
 as a plain object, relative to their mean. bake: as it is; with Apply Modifiers or Make Single User on; by the button
-that is offered for it. OUTPUT.json keeps one table for each version of Blender that has written to it.
+that is offered for it. OUTPUT.json keeps one table for each version of Blender that has written to it, rows
+made anew instead of those of before.
 """
 
 import json
@@ -207,10 +208,13 @@ def instance_row(what, make):
 
 
 def baked_plain():
-    """The same in a scene of plain meshes alone, copied by bmesh from all that the depsgraph shows."""
+    """The same in a scene of plain meshes alone, copied by bmesh from all that the depsgraph shows but what a render
+    does not: the children of an instancer on faces, which it shows at the instances alone."""
     graph, made = bpy.context.evaluated_depsgraph_get(), []
     for each in graph.object_instances:
         obj = each.object
+        if not each.is_instance and obj.parent is not None and obj.parent.instance_type == "FACES":
+            continue
         if obj.type == "MESH" and obj.name != "Floor" and not obj.original.hide_render and each.show_self:
             mesh, work = bpy.data.meshes.new("Plain"), scenes.bmesh.new()
             work.from_mesh(obj.data)
@@ -243,21 +247,22 @@ def tell(row):
     print("{what:26} {label:40} {light:9.2%}  {bake}".format(**row), flush=True)
 
 
-def main(output=None):
+def main(output=None, part=""):
     extension()
     sys.modules["pdm_extension"].register()
     rows, version = [], ".".join(map(str, bpy.app.version[:2]))
+    cases = [(kind, lambda g=group, k=kind: modifier_row(g, k)) for group, kind in modified.listed()]
+    cases += [(what, lambda w=what, m=make: instance_row(w, m)) for what, make in KINDS.items()]
     try:
-        for group, kind in modified.listed():
-            rows.append(modifier_row(group, kind))
-            tell(rows[-1])
-        for what, make in KINDS.items():
-            rows.append(instance_row(what, make))
-            tell(rows[-1])
+        for what, row in cases:
+            if part in what:
+                rows.append(row())
+                tell(rows[-1])
     finally:
         sys.modules["pdm_extension"].unregister()
     if output:
         tables = json.loads(Path(output).read_text())["tables"] if Path(output).exists() else {}
+        rows = list({row["what"]: row for row in [*tables.get(version, []), *rows]}.values())
         save(output, {"machine": machine(), "targets": [TARGET, FINER], "tables": {**tables, version: rows}})
 
 
