@@ -18,7 +18,7 @@ from .reading.materials import read_material
 from .reading.node_values import Value
 from .reading.read_lights import read_lights
 from .reading.read_world import world_steps
-from .reading.render_visible import evaluated, render_visible
+from .reading.render_visible import evaluated, render_visible, world_of
 from .reading.world_nodes import NotPlain, terms_of
 
 AGAIN = "bake again to see it"
@@ -136,7 +136,7 @@ def _background(context, held, stale):
     suns = held.lit.lights[held.lamps :]
     if "WORLD" not in stale:
         return held.lit.sky or held.lit.background, suns
-    world = context.scene.world
+    world = world_of(context.scene, context.view_layer)
     try:
         if world is not None and world.node_tree is not None:
             terms_of(world.node_tree, [])

@@ -121,9 +121,10 @@ def _object(raw, matrix, shapes):
     return found
 
 
-def materials_of(evaluated, mesh):
-    """(materials, of_polygon): a list of Material or None, each once, and the index (p,) into it."""
-    slots = [slot.material for slot in evaluated.material_slots] or [None]
+def materials_of(evaluated, mesh, override=None):
+    """(materials, of_polygon): a list of Material or None, each once, and the index (p,) into it. override: the one
+    Material that a view layer shows all in."""
+    slots = [override or slot.material for slot in evaluated.material_slots] or [override]
     names = [m and m.name_full for m in slots]
     first = np.array([names.index(name) for name in names])
     index = np.zeros(len(mesh.polygons), np.int32)

@@ -32,7 +32,7 @@ def gather_steps(visible, wanted, depsgraph, look, single_user=False, apply=Fals
     look: Material or None -> Appearance. single_user: objects that share a mesh get one of their own when they are
     baked, wanted (set) ones; apply: what modifiers change is baked as they leave it.
     """
-    out, copies = Gathered(), {}
+    out, copies, override = Gathered(), {}, depsgraph.view_layer_eval.material_override
     first_user = {}
     for obj in visible:
         if obj.type == "MESH" and obj in wanted:
@@ -47,7 +47,7 @@ def gather_steps(visible, wanted, depsgraph, look, single_user=False, apply=Fals
             continue  # the meshes of curves and the like come among the instances
         evaluated = obj.evaluated_get(depsgraph)
         try:
-            raw, materials = _copied(obj.name, obj, evaluated, evaluated.matrix_world, copies)
+            raw, materials = _copied(obj.name, obj, evaluated, evaluated.matrix_world, copies, override)
         except NotRecognised as error:
             out.refused.append((obj.name, str(error)))
             continue
@@ -69,7 +69,7 @@ def _keep(out, raw, evaluated, materials, look, copies):
     raw.layers = gather_layers(evaluated, raw.arrays, needs, copies)
 
 
-def _copied(name, obj, evaluated, matrix, copies):
+def _copied(name, obj, evaluated, matrix, copies, override):
     """The RawMesh of an evaluated object's mesh at this matrix, not bakeable yet, and its materials. copies: {pointer:
     Arrays}."""
     mesh, matrix = evaluated.data, np.array(matrix, np.float64)
@@ -83,7 +83,7 @@ def _copied(name, obj, evaluated, matrix, copies):
         raise NotRecognised("has vertices that are not finite or beyond all bounds; delete or repair them")
     if not len(arrays.counts):
         raise NotRecognised("has no faces")
-    materials, of_polygon = materials_of(evaluated, mesh)
+    materials, of_polygon = materials_of(evaluated, mesh, override)
     names = [material and material.name_full for material in materials]
     return RawMesh(name, obj, matrix, arrays, names, of_polygon), materials
 
@@ -120,7 +120,7 @@ def _may_differ(obj):
 
 def _instances(out, visible, depsgraph, look, copies):
     """RawMeshes of all instances that visible objects make, and of what evaluates to a mesh: an instance of itself."""
-    counts, total = {}, 0
+    counts, total, override = {}, 0, depsgraph.view_layer_eval.material_override
     for instance in depsgraph.object_instances:
         obj = instance.object
         if not instance.is_instance or obj.type not in UNREAD | {"MESH"} or obj.original.hide_render:
@@ -138,7 +138,7 @@ def _instances(out, visible, depsgraph, look, copies):
             out.refused.append((name, f"is of type {obj.type.title()}; convert it to a mesh"))
             continue
         try:
-            raw, materials = _copied(name, obj.original, obj, instance.matrix_world, copies)
+            raw, materials = _copied(name, obj.original, obj, instance.matrix_world, copies, override)
         except NotRecognised as error:
             out.refused.append((name, str(error)))
             continue

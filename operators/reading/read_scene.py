@@ -25,7 +25,7 @@ from .read_mesh import recognise_all
 from .read_objects import gather_steps
 from .read_surfaces import pieces_of, turning_normals
 from .read_world import world_steps
-from .render_visible import evaluated, render_visible
+from .render_visible import evaluated, render_visible, world_of
 from .undisturbed import undisturbed
 
 LARGE = 20_000  # corners, from which on a mesh's sides are told apart in one, too
@@ -100,7 +100,7 @@ def read_steps(context, objects="ALL", baked=(), make_single_user=False, apply_m
         lambda: _gather_steps(context, objects, baked, make_single_user, apply_modifiers), at_once=is_hidden
     )
     reading, gathered, lamps, wanted = yield from mapped(steps, lambda _: 0.0)
-    background, suns = yield from _background(context.scene, reading)
+    background, suns = yield from _background(world_of(context.scene, context.view_layer), reading)
     is_lit = callable(background) or np.any(background) or bool(lamps.lights or suns)
     settle_pictures(gathered.looks, is_lit)
     found = yield from _recognise(gathered.raw, reading)
@@ -254,10 +254,10 @@ def _lamps(visible, depsgraph, reading):
     return found
 
 
-def _background(scene, reading):
+def _background(world, reading):
     """Generator of the fraction done; returns the background of a Scene, and the suns of its world [SunLight]."""
-    found = yield from mapped(world_steps(scene.world), lambda _: 0.0)
-    reading.warnings += [f"World {scene.world.name!r}: {text}" for text in found.warnings]
+    found = yield from mapped(world_steps(world), lambda _: 0.0)
+    reading.warnings += [f"World {world.name!r}: {text}" for text in found.warnings]
     reading.lights += [(sun.name, "SUN") for sun in found.suns]
     return found.background, found.suns
 

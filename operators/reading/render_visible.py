@@ -18,6 +18,11 @@ def render_visible(view_layer):
     return [obj for obj in view_layer.objects if obj in shown and not obj.hide_render and not _only_instanced(obj)]
 
 
+def world_of(scene, view_layer):
+    """The World that lights a render of the view layer: its override, if it has one; None with its Environment off."""
+    return (view_layer.world_override or scene.world) if view_layer.use_sky else None
+
+
 def _only_instanced(obj):
     """Instancers on vertices and faces show their children at the instances only, and themselves if told so."""
     if obj.parent is not None and obj.parent.instance_type in {"VERTS", "FACES"}:

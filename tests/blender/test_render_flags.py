@@ -86,6 +86,38 @@ def test_flags_that_leave_an_object_out(flag):
     np.testing.assert_allclose(bake(floor), 3.0 * cosine / np.pi, rtol=2e-3)
 
 
+def green():
+    bpy.context.view_layer.material_override = scenes.material("All", (0.1, 0.8, 0.1))
+
+
+def blue():
+    bpy.context.view_layer.world_override = sky("Blue", (0.1, 0.2, 0.9, 1))
+
+
+def no_sky():
+    bpy.context.view_layer.use_sky = False
+
+
+def sky(name, colour):
+    world = bpy.data.worlds.new(name)
+    if bpy.app.version < (5, 0):
+        world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = colour
+    return world
+
+
+@pytest.mark.parametrize("override", [green, blue, no_sky])
+def test_what_the_view_layer_overrides(override):
+    floor, wall = floor_and_wall()
+    bpy.data.objects["Sun"].data.energy = 1.0
+    bpy.context.scene.world = sky("White", (0.6, 0.6, 0.6, 1))
+    plain = bake(floor)
+    override()
+    ours, theirs = bake(floor), cycles(floor)
+    assert np.linalg.norm(ours - plain) > 0.02 * np.linalg.norm(plain)
+    assert np.linalg.norm(ours - theirs) < 0.015 * np.linalg.norm(theirs)
+
+
 @pytest.mark.parametrize("ray", ["diffuse", "shadow"])
 def test_what_one_kind_of_ray_does_not_see_is_named(addon, ray):
     wall = floor_and_wall()[1]
