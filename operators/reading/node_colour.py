@@ -30,8 +30,7 @@ def rgb_of_hsv(hsv):
 
 
 def _coloured(hue, saturation, value):
-    """(n, 1) each -> (n, 3); a hue beyond 0..1 is one of its last sixth"""
-    hue = np.where((hue >= 0) & (hue < 1), hue, np.where(hue == 1, 0.0, (5 + (6 * hue) % 1.0) / 6))
+    """(n, 1) each -> (n, 3)"""
     return value * (1 + saturation * (_pure(hue) - 1))
 
 
@@ -232,7 +231,16 @@ def _contrast(colour, bright, contrast):
 
 
 _TO = {"RGB": lambda rgb: rgb, "HSV": hsv_of_rgb, "HSL": hsl_of_rgb}
-_FROM = {"RGB": lambda rgb: rgb, "HSV": rgb_of_hsv, "HSL": rgb_of_hsl}
+
+
+def _rgb_of_any_hsv(hsv):
+    """A hue beyond 0..1 is one of its last sixth."""
+    hue = hsv[:, 0]
+    hue = np.where((hue >= 0) & (hue < 1), hue, np.where(hue == 1, 0.0, (5 + (6 * hue) % 1.0) / 6))
+    return rgb_of_hsv(np.column_stack([hue, hsv[:, 1:]]))
+
+
+_FROM = {"RGB": lambda rgb: rgb, "HSV": _rgb_of_any_hsv, "HSL": rgb_of_hsl}
 
 
 def _separate(names, source, mode=None):

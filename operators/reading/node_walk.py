@@ -13,6 +13,9 @@ from .node_values import Value, constant, converted
 from .preview_nodes import before_preview
 
 
+_PLACES = {}  # (bl_idname, identifier of an input): its number, the same in all nodes of that kind that readers know
+
+
 class Socket:
     """A node's socket, and the group nodes that one is inside of."""
 
@@ -21,15 +24,14 @@ class Socket:
 
     @cached_property
     def key(self):
-        return *[group.name for group in self.path], self.node.name, self.socket.identifier
+        return self.socket.as_pointer(), *[group.as_pointer() for group in self.path]
 
     def input(self, identifier):
         """The input with this identifier of the same node."""
-        return Socket(self.path, self._inputs[identifier], self.node)
-
-    @cached_property
-    def _inputs(self):
-        return {s.identifier: s for s in self.node.inputs}
+        kind = self.node.bl_idname
+        if (kind, identifier) not in _PLACES:
+            _PLACES.update({(kind, s.identifier): k for k, s in enumerate(self.node.inputs)})
+        return Socket(self.path, self.node.inputs[_PLACES[kind, identifier]], self.node)
 
     def inputs(self):
         """Inputs of the same node that are in use, by identifier."""
