@@ -12,7 +12,6 @@ import numpy as np
 from .node_values import Value, constant, converted
 from .preview_nodes import before_preview
 
-
 _PLACES = {}  # (bl_idname, identifier of an input): its number, the same in all nodes of that kind that readers know
 
 
