@@ -11,11 +11,10 @@ import bmesh
 import numpy as np
 
 from .bisect import Bisected
-from .finer_mesh import normals_kept
+from .finer_mesh import normals_kept, triangulate
 from .round_places import round_places
 
 FACE, CORNER = "pdm face", "pdm corner"  # layers that tell where triangles came from, counted from 1
-QUADS, REST = "SHORT_EDGE", "BEAUTY"  # how faces are triangulated
 
 
 @dataclass(eq=False)
@@ -62,7 +61,7 @@ def _triangles(mesh):
             for loop in each.loops:
                 count += 1
                 loop[corner] = count
-        bmesh.ops.triangulate(work, faces=work.faces[:], quad_method=QUADS, ngon_method=REST)
+        triangulate(work, work.faces, "SHORT_EDGE")
         work.verts.ensure_lookup_table()
         yield work, work.faces.layers.int[FACE], work.loops.layers.int[CORNER]
     finally:

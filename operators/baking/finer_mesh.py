@@ -42,6 +42,19 @@ def finer_size(mesh, times):
     return len(mesh.vertices) + (times**2 - 1) * max(len(mesh.polygons), 1)
 
 
+def triangulate(work, faces, quads="BEAUTY"):
+    """bmesh's own, but where two faces lie on both sides of a vertex of two edges: each cut there, across its
+    neighbours, they would leave the same triangle twice."""
+    faces = set(faces)
+    for vert in [vert for vert in work.verts if len(vert.link_edges) == 2]:
+        for face in [face for face in vert.link_faces if face in faces and len(face.verts) > 3]:
+            if all(loop.is_convex for loop in face.loops):
+                loops = list(face.loops)
+                first = next(k for k, loop in enumerate(loops) if loop.vert == vert)
+                faces.add(bmesh.utils.face_split(face, vert, loops[first - len(loops) // 2].vert)[0])
+    bmesh.ops.triangulate(work, faces=list(faces), quad_method=quads, ngon_method="BEAUTY")
+
+
 # An operator of bmesh leaves no Python reference to an element valid, but every vertex keeps its index.
 
 
@@ -54,7 +67,7 @@ def _refine_flat(work, vertices, times):
     faces = {face for vert in _vertices(work, vertices) for face in vert.link_faces}
     crooked = [face for face in faces if len(face.verts) > 4 or not all(loop.is_convex for loop in face.loops)]
     if crooked:
-        bmesh.ops.triangulate(work, faces=crooked)
+        triangulate(work, crooked)
     edges = {edge for vert in _vertices(work, vertices) for edge in vert.link_edges}
     _cut(work, [edge for edge in edges if edge.link_faces], times)
 

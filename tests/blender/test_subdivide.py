@@ -303,6 +303,18 @@ def test_polygons_with_holes_are_refined_and_stay_polygons():
     assert is_whole(wall.data, 0)
 
 
+def test_two_faces_on_both_sides_of_a_vertex_have_no_triangle_in_common(addon):
+    """Suzanne has a vertex of two edges: both of its faces, cut across its neighbours, left one triangle twice."""
+    bpy.ops.mesh.primitive_monkey_add()
+    mesh = bpy.context.object.data
+    found = addon("operators.baking.adaptive_mesh").triangulated(mesh)
+    assert len(found.corners) == len(mesh.loop_triangles)
+    corners = np.sort(found.corners, axis=1)
+    assert len(np.unique(corners, axis=0)) == len(corners)
+    edges = np.sort(found.corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    assert np.unique(edges, axis=0, return_counts=True)[1].max() == 2
+
+
 def test_copies_leave_the_objects_as_they_were():
     floor, ball, _ = scenes.lit_ball()
     bake()
