@@ -26,6 +26,7 @@ SCATTERED = 2, 64  # points of a source for each of many receivers in turn, of s
 GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
+TURNS = 4  # sets of points that these places see in turn: by one set all nodes would be wrong alike
 POWER = 0.75  # of n points: the error of a share that they tell, where part is seen, is about 1 / (2 n)^POWER
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
@@ -46,12 +47,13 @@ class Shares:
         for source, did, would in zip(self.sources, *self.seen):
             source.partly = float(min(did / max(would, 1.0), 1.0))
 
-    def at(self, receivers, tolerance, relative, points):
+    def at(self, receivers, tolerance, relative, points, turns=1):
         """Generator with a sign of life a bundle; returns factor (n, k, 3), error (n,) of the light, and lost (n,),
         the light of sources that no point stands for: too much of it is taken, if anything.
 
         tolerance: of irradiance / pi, of all or of each (n,), for all sources together, or relative, of the light there
-        unhidden, where that is more; points: of a source, at first and at most."""
+        unhidden, where that is more; points: of a source, at first and at most; turns: of how many sets of points
+        receivers see one each, in turn."""
         n = len(receivers)
         tolerance = np.broadcast_to(tolerance, n)
         factor = np.zeros((n, len(self.sources), 3), np.float32)
@@ -78,7 +80,7 @@ class Shares:
                 some, count = np.flatnonzero(begun == begin), begin
                 while len(some):
                     part = receivers.take(lit[some])
-                    found = yield from self._share(source, part, count, whole[lit[some]])
+                    found = yield from self._share(source, part, count, whole[lit[some]], turns, lit[some] % turns)
                     share[some], off[some], between[some], agree, number = found
                     if count == begin:
                         self.seen[:, k] += (~agree).sum(), (1 - 1 / number).sum()
@@ -144,16 +146,18 @@ class Shares:
             out[~np.append(source.receivers, True)[receivers.surface]] = 0.0  # the last in free space
         return out
 
-    def _share(self, source, receivers, count, whole):
+    def _share(self, source, receivers, count, whole, turns=1, turn=0):
         """Shares seen (n, 3), how far they may be off (n,), the part of the light that no point stands for (n,); for
-        which all points agree (n,), and how many these count for (n,)."""
-        place, normal, weight = source.samples(count)
-        tint = source.tint(place)
-        tally = Tally(source, receivers.points + self.facets.centre, len(place))
+        which all points agree (n,), and how many these count for (n,); of so many sets of points receivers see those of
+        their turn (n,)."""
+        place, normal, weight = source.samples(count * turns)
+        turns, turn = min(turns, len(place)), np.broadcast_to(turn, len(receivers))
+        tint, own, weight = source.tint(place), np.arange(len(place)) % turns, turns * weight
+        tally = Tally(source, receivers.points + self.facets.centre, len(place) // turns, turns)
         for some, mine in _blocks(len(place), len(receivers), self.facets):
             part = receivers.take(mine)
             value = self._values(source, place[some], None if normal is None else normal[some], part)
-            value *= weight[some, None]
+            value *= weight[some, None] * (own[some, None] == turn[mine] % turns)
             point, who = np.nonzero(value)
             visible = self._visible(source, place[some], part, point, who)
             self.counts["shadow rays"] += len(who)

@@ -14,7 +14,7 @@ from ..signs_of_life import finish, in_thread
 from .aimed import spots_of
 from .amplified import amplification
 from .covered import covered
-from .direct import AT_NODES, COARSE, COMPARED, FINE, READ, Shares
+from .direct import AT_NODES, COARSE, COMPARED, FINE, READ, TURNS, Shares
 from .facets import Facets
 from .grid import batches
 from .near import NearHits
@@ -75,7 +75,7 @@ class RayState:
             yield from self.trace(np.flatnonzero(old >= 0))
         new = np.flatnonzero(old < 0)
         lit, told = self.nodes.lit_places(new), AT_NODES_TOLD * self.target
-        each, off, lost = yield from self.shares.at(lit, told * self.scale(), told, AT_NODES)
+        each, off, lost = yield from self.shares.at(lit, told * self.scale(), told, AT_NODES, TURNS)
         self.shares.learn()
         if not self.aimed:
             each = np.concatenate([each, (yield from self._take_spots(each, lit, told))], axis=1)
@@ -106,7 +106,7 @@ class RayState:
         """Adds spots of narrow beams to the sources, where places lit have factors each (n, k, 3); returns those of the
         spots (n, spots, 3), of which so much may be off; yields."""
         spots = yield from spots_of(self, (each > 0).any(axis=2).sum(axis=0))
-        steps = Shares(self.facets, spots, self.counts).at(lit, told * self.scale(), told, AT_NODES)
+        steps = Shares(self.facets, spots, self.counts).at(lit, told * self.scale(), told, AT_NODES, TURNS)
         own = (yield from steps)[0]
         self._take_sources(self.sources + spots)
         self.aimed = True

@@ -7,10 +7,10 @@ AROUND = 2.0  # spacings of a source's points, within which those lie that tell 
 
 class Tally:
     """Sums over `count` points of a source, whose light receivers at points (n, 3) m get: what they give unhidden and
-    what of it is seen, all of it and of every second point."""
+    what of it is seen, all of it and of every second point; they may be of so many sets in turn."""
 
-    def __init__(self, source, points, count):
-        n = len(points)
+    def __init__(self, source, points, count, turns=1):
+        n, self.turns = len(points), turns
         self.seen, self.given = np.zeros((2, n, 3))  # as tinted
         self.half, self.total_half = np.zeros((2, 2, n))
         self.square = np.zeros(n)
@@ -28,8 +28,9 @@ class Tally:
             sums[mine] += light.sum(axis=0)[:, None] if tint is None else light.T @ tint[some]
         self.square[mine] += (value**2).sum(axis=0)
         for h in range(2):
-            self.half[h, mine] += got[some % 2 == h].sum(axis=0)
-            self.total_half[h, mine] += value[some % 2 == h].sum(axis=0)
+            half = some // self.turns % 2 == h
+            self.half[h, mine] += got[half].sum(axis=0)
+            self.total_half[h, mine] += value[half].sum(axis=0)
 
     def shares(self, whole, partly):
         """Of factors (n,) of the source unhidden, a part of which the part `partly` of all receivers sees: shares seen
