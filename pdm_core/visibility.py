@@ -99,6 +99,8 @@ class Shafts:
         slope = np.clip(wider / length, TINY - 1, 1 - TINY)
         past = slope * across / np.sqrt(1 - slope**2)
         t = np.clip((along + past) / length, 0.0, 1.0)
+        # within the other sphere that is all of the hull: what lies on the axis has no way past its foot
+        t = np.where(np.abs(wider) >= length, wider > 0, t)
         return across**2 + (along - t * length) ** 2 < (self.radius + (self.eps + radius)[:, None] + t * wider) ** 2
 
     def candidates(self, a, b, around=None):

@@ -7,7 +7,7 @@ import pytest
 from rooms import cube_planes, scene_of
 from test_view import BALLS, ELLIPSOIDS, SCREENS, floor_points, free_points
 
-from pdm_core import Scene, Sphere, Surface
+from pdm_core import Plane, Scene, Sphere, Surface
 from pdm_core.field import Field
 from pdm_core.links.gather import Detail, Gather
 from pdm_core.numerics import Rows
@@ -17,6 +17,24 @@ from pdm_core.visibility import Factors, Shafts
 
 ROOM = [Surface(plane, 0.5, 1.0) for plane in cube_planes()]
 BALL = [Surface(BALLS[0], 0.5), Surface(BALLS[1], 0.5), Surface(BALLS[2])]  # the last is black
+
+
+@pytest.mark.parametrize("turned", range(6))
+def test_what_lies_on_the_way_from_a_point_to_the_middle_of_the_ball_around_it_or_away_hides(turned):
+    """A small ball just over a floor within a large one, its middle right over the floor's: r^2 / d^2 is hidden. It was
+    no candidate, as it lies behind the floor's point as seen from the large ball's middle."""
+    rng, axis = np.random.default_rng(turned), np.eye(3)[turned % 3]
+    if turned >= 3:
+        axis = np.linalg.qr(rng.normal(size=(3, 3)))[0][0]
+    u = np.cross(axis, [0.3, 0.5, 0.7])
+    u /= np.linalg.norm(u)
+    v, point, distance = np.cross(axis, u), 0.5 * axis, rng.uniform(0.3, 0.5)
+    floor, small = Plane(point - (u + v) / 2, u, v), Sphere.at(point + distance * axis, 0.2)
+    shapes = [Sphere.at((0, 0, 0), 2.0), floor, small]
+    scene = Scene([Surface(shape, 0.5, 0.5, side=side) for shape in shapes for side in ("front", "back")])
+    factors = Factors(scene, Shafts(scene), Counter())
+    seen = factors.pairs(point[None], axis[None], np.array([2]), np.array([1]))
+    assert seen[0] == pytest.approx(1 - (0.2 / distance) ** 2, abs=1e-12)
 
 
 def test_candidates_beside_the_source_hide_none_of_it():
