@@ -126,16 +126,20 @@ class Check:
 
     def _judge(self):
         """Error and its parts from the points looked at -> Residual; yields."""
-        light, sent, found, sources = self.light, self.light.transport.sent, [], []
+        light, t, found, sources, made = self.light, self.light.transport, [], [], []
+        sent = t.sent
+        every = light.radiosity() + (light.scene.emission - light.added)[sent.node_surface]
         value, held = light.radiosity(), np.concatenate([light.total(), self.bent], axis=1)
         for look in self.looks:
             rho = light.scene.reflectance[look.surface]
             fine = look.rows.times(value) + look.fractions @ light.colours
+            # read off with the very factors that do not sum to 1
+            made.append(rho * t.over(look.rows, look.fractions)[:, None] * look.rows.times(every))
             found.append(rho * (fine - light.incident(look.surface, look.points)))
             held_there = sent.interpolate(sent.locate(look.surface, sent.on.local(look.surface, look.points)), held)
             sources.append(np.stack([rho * (fine - held_there[:, :3]), rho * held_there[:, 3:]]))
             yield
-        residual = Residual(self.looks, np.concatenate(found))
+        residual, made = Residual(self.looks, np.concatenate(found)), Residual(self.looks, np.concatenate(made))
         found = residual.rms / light.norm
         if self.measured:
             found = float(np.sqrt((found**2 + (self.optimism * light.promised) ** 2) / 2))
@@ -149,18 +153,19 @@ class Check:
             "discretisation": SAFETY * known[0],
             "gather": SAFETY * light.gain() * residual.mean / light.norm,
             "sent": SAFETY * known[1],
-            "closure": SAFETY * self.unclosed,
+            "closure": SAFETY * float(np.hypot(self.unclosed, made.rms / light.norm)),
             # solved for, and stated as they are. Amplified beyond what is found at points, where errors of either sign
             # are: between white planes 1.06 to 5 times the true one
             "stiff": float(np.sqrt(max(self.amplified**2 - sum(known) ** 2, 0.0))),
             "solver": self.unsolved,
         }
         self.error = float(np.sqrt(sum(v * v for v in self.parts.values())))
-        yield from self._each(residual)
+        yield from self._each(residual, np.hypot(self.own_unclosed, np.sqrt(made.by_surface(light.scene.areas)[1])))
         return residual
 
-    def _each(self, residual):
-        """(n surfaces,) Each one's own relative error; yields."""
+    def _each(self, residual, unclosed):
+        """(n surfaces,) Each one's own relative error; unclosed (n surfaces,): its part of what does not sum to 1;
+        yields."""
         light, t = self.light, self.light.transport
         f, error = t.field, self.optimism * light.leaf_error
         promised = np.sqrt(np.bincount(f.surface[f.leaves], error[f.leaves] ** 2, len(light.scene)))
@@ -172,7 +177,7 @@ class Check:
         self.told, self.own_promised = np.sqrt(found[1]), promised
         received = np.hypot(norms(t.sent, received), ONE_SIGNED * self.own_amplified)
         own, self.own_here, self.own_passed = each_surface.own_errors(light.shared, found, promised, received)
-        rest = np.hypot(self.own_unsolved, SAFETY * self.own_unclosed) / np.maximum(light.shared.norm, 1e-300)
+        rest = np.hypot(self.own_unsolved, SAFETY * unclosed) / np.maximum(light.shared.norm, 1e-300)
         self.own_errors = np.where(own > 0, np.hypot(SAFETY * own, rest), 0.0)
         # where surpluses are, as large as what points found on the surface
         local = t.spread(flow.spread_out)[:, 0]

@@ -171,16 +171,20 @@ class Transport:
     def from_nothing(self, received):
         """(n nodes, 3) What rows make or lose of the light received by them (n nodes, 3), where shapes run through each
         other: factors of all that is seen then do not sum to 1. Where not all of them are known, what is made alone."""
-        sums = self.rows.times(np.ones((len(self.sent.keys), 1)))[:, 0]
-        seen = np.setdiff1d(np.flatnonzero(self.reached), self.reflectors)  # by no row
-        known = np.isin(self.lights, seen)
-        others = self.fractions[:, np.append(known, self.background)].sum(axis=1)[self.sent.find(self.field.keys)]
-        over = sums + others - 1
-        if not self.background or known.sum() < len(seen):
-            over = np.maximum(over, 0.0)
+        over = self.over(self.rows, self.fractions[self.sent.find(self.field.keys)])
         over[self.missing()] = 0.0
         over[contacts_of(self.scene).covered(self.field.points, self.field.node_surface)] = 0.0  # nobody sees them
-        return (over / np.maximum(sums, 1e-300))[:, None] * received
+        return over[:, None] * received
+
+    def over(self, rows, fractions):
+        """(k,) What part of the light that comes by rows (k) these make, with fractions (k, lights + 1) of the rest."""
+        sums = rows.times(np.ones((len(self.sent.keys), 1)))[:, 0]
+        seen = np.setdiff1d(np.flatnonzero(self.reached), self.reflectors)  # by no row
+        known = np.isin(self.lights, seen)
+        over = sums + fractions[:, np.append(known, self.background)].sum(axis=1) - 1
+        if not self.background or known.sum() < len(seen):
+            over = np.maximum(over, 0.0)
+        return over / np.maximum(sums, 1e-300)
 
     @property
     def crowded(self):
