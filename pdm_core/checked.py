@@ -96,9 +96,7 @@ def indices(value, count, length, what):
     given = array(value, what)
     whole = np.asarray(value).dtype.kind in "iu" or not given.size
     if given.shape != (length,) or not whole or not ((given >= 0) & (given < count)).all():
-        raise SceneError(
-            f"{what} must be {length} indices from 0 to {count - 1}, or one for all points"
-        )
+        raise SceneError(f"{what} must be {length} indices from 0 to {count - 1}, or one for all points")
     return given.astype(int)
 
 
