@@ -15,7 +15,7 @@ from .shapes.shape import Shape, box_of, lattice, tolerance_of
 MEAN_POINTS = 4096  # at which what varies is averaged
 MAX_REFLECTANCE = 0.999999  # at 1 an enclosed light has no steady state
 COARSEST = 1e-3  # relative rounding of coordinates beyond which no scene is left
-LOST = 2.0  # tolerances: a shape no larger is not told from none
+LOST = 3.0  # tolerances: a shape no larger is not told from none, its sides not from what touches
 
 
 class Light:

@@ -16,6 +16,7 @@ from .quadrics import Quadrics
 from .sieve import over_along, worth_it
 
 TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
+SUNK = 3.0  # tolerances: what lies further behind a face is no longer against it, but thinner than rounding tells
 NOTHING, CONTACT = -1, -2  # instead of a facet
 
 
@@ -97,7 +98,7 @@ def _along(facets, directions, receivers, planes, places):
         flat, r, k = flat[inside], r[inside], k[inside]
         d = sign.take(r) * (linear(affine[2], k, x.take(r), y.take(r)) - z.take(r))
         start, k = receivers.start.take(r), of.take(k)
-        met = (d > start) & (receivers.own.take(r) != shape.take(k))
+        met = (d > np.maximum(start, -SUNK * facets.tolerance)) & (receivers.own.take(r) != shape.take(k))
         # in contact only what faces the point hides anything from it
         close = np.flatnonzero(met & (d < -start))
         seen = np.einsum("ni,ni->n", ray.take(r[close], axis=0), facets.normal.take(k[close], axis=0))

@@ -74,6 +74,15 @@ class Lattice:
         cell = np.minimum(scaled.astype(np.int32), size - 1)
         return self.leaf.take(self.first.take(chart) + cell[:, 0] * size[:, 1] + cell[:, 1]), scaled, cell
 
+    def around(self, own, at, offset):
+        """Leaves (h, k) at places (h, 2) on the charts of leaves own (h,), moved by offset (k, 2) times their sizes."""
+        chart, step = self.chart[own], self.step[own][:, None]
+        size, first = self.size[chart][:, None], self.first[chart][:, None]
+        cell = (at[:, None] * size + offset * step).astype(int)
+        cell[..., 0] = np.where(self.round_[chart][:, None], cell[..., 0] % size[..., 0], cell[..., 0])
+        cell = np.clip(cell, 0, size - 1)
+        return self.leaf[first + cell[..., 0] * size[..., 1] + cell[..., 1]]
+
     def columns(self, chart, at):
         """Leaves (h, 4) and weights (h, 4) that interpolate at places (h, 2) in [0, 1]^2 on charts (h,)."""
         own, scaled, cell = self.at(chart, at)

@@ -177,8 +177,7 @@ class Nodes:
         flat = np.flatnonzero(carries & self.charts.has[own])
         if len(flat):
             there = self.chart_at(facet[flat], at[flat])
-            node[flat], near = self.lattice.columns(own[flat], there)
-            weight[flat] = self.parted.reached(node[flat], near, there)
+            node[flat], weight[flat] = self.parted.columns(own[flat], there)
         return node, weight
 
     def on_meshes(self, own, facet, at):

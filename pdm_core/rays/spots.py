@@ -1,26 +1,27 @@
 """Where hits of the nodes' rays count as: quarters of cells and of meshes' faces, in each of which light is one.
 
 Light is linear on each of them, and rays are spread evenly over it: the mean is that in its middle. So a ray needs one
-number instead of four nodes and their weights. Where something stands on a cell its two sides are told apart.
+number instead of four nodes and their weights. Where something stands on a cell its sides are told apart.
 """
 
 import numpy as np
 
 from .lattice import QUARTERS
+from .standing import SIDES
 
 # of a triangle's quarters, those at its corners and the one between: the weights of its corners in their middles
 WEIGHTS = np.array([[4.0, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6
 
 
 class Spots:
-    """Of Nodes: both sides of the cells' quarters, then quarters of the parts of meshes, first of all fronts; count."""
+    """Of Nodes: all sides of the cells' quarters, then quarters of the parts of meshes, first of all fronts; count."""
 
     def __init__(self, nodes):
         self.nodes, self.facets, self.meshes = nodes, nodes.facets, nodes.meshes
-        self.cells = 2 * QUARTERS * len(nodes.lattice)
+        self.cells = SIDES * QUARTERS * len(nodes.lattice)
         self.side = len(WEIGHTS) * len(self.meshes.corner)
         self.count = self.cells + 2 * self.side
-        # a place that stands for a quarter's one side, where something parts its cell
+        # a place that stands for a quarter's side, where something parts its cell
         self.place = np.full((self.cells, 2), np.nan, np.float32)
 
     def of(self, facet, at, back):
@@ -33,7 +34,7 @@ class Spots:
         there = nodes.chart_at(facet[some], at[some])
         quarter = nodes.lattice.quarters(own[some], there)
         leaf = quarter // QUARTERS
-        out[some] = 2 * quarter + nodes.parted.beyond(leaf, there)
+        out[some] = SIDES * quarter + nodes.parted.sides(leaf, there)
         parted = np.flatnonzero(nodes.parted.touched[leaf])
         self.place[out[some[parted]]] = there[parted]
         some = np.flatnonzero(carries & ~has)
@@ -49,11 +50,10 @@ class Spots:
         nodes, split = self.nodes, np.searchsorted(spots, self.cells)
         node, weight = np.zeros((len(spots), 4), np.int32), np.zeros((len(spots), 4))
         if split:
-            chart, middle = nodes.lattice.middles(spots[:split] // 2)
+            chart, middle = nodes.lattice.middles(spots[:split] // SIDES)
             told = self.place[spots[:split]]
             there = np.where(np.isnan(told), middle, told)
-            node[:split], near = nodes.lattice.columns(chart, there)
-            weight[:split] = nodes.parted.reached(node[:split], near, there)
+            node[:split], weight[:split] = nodes.parted.columns(chart, there)
         back, rest = np.divmod(spots[split:] - self.cells, max(self.side, 1))
         part, quarter = np.divmod(rest, len(WEIGHTS))
         own = self.facets.surface[self.meshes.facet[part], back]

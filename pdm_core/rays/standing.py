@@ -13,6 +13,8 @@ from .near_flats import ON
 BORDER = 1e-4  # of a chart: on its border nothing lies beyond a segment
 DENSE = 4  # points along a segment, for each of the finest cells, that tell which cells it runs through
 ASIDE = 1e-7  # of the chart: to both sides of a segment that runs between cells
+AROUND = np.stack(np.divmod(np.arange(25), 5), axis=1) - 2  # leaves around one, by its own size, that may stand for it
+SIDES = 4  # of a cell that are told apart: a power of 2
 ASKED = 4  # of the places of a cell that count: from which it is tried to reach most of the others
 
 
@@ -65,34 +67,53 @@ class PartedCells:
     """Cells of a lattice, and segments that part them: places (k, PLACES, 2) of the cells on their charts."""
 
     def __init__(self, standing, lattice, places, hidden):
-        self.standing, self.lists = standing, standing.through(lattice)
+        self.standing, self.lattice, self.lists = standing, lattice, standing.through(lattice)
         self.touched = self.lists.number > 0
         alive = ~hidden[..., None]
         self.centre = (places * alive).sum(axis=1) / np.maximum(alive.sum(axis=1), 1)
 
-    def reached(self, leaf, weight, at):
-        """weight (h, 4) of leaves (h, 4) for what is met at places (h, 2), those beyond what stands there 0."""
+    def columns(self, chart, at):
+        """As Lattice.columns, without leaves beyond what stands there; where that leaves none the nearest that is not."""
+        leaf, weight = self.lattice.columns(chart, at)
         some = np.flatnonzero(self.touched.take(leaf).any(axis=1))
         for part in parts(some, AT_ONCE):
-            which, segment = self.lists.of(leaf[part].ravel())
-            hit = which // 4
-            to = self.centre[leaf[part]][hit]
-            beyond = np.zeros((len(part), 4), bool)
-            apart = self.standing.part(segment, at[part][hit][:, None], to)
-            rows, columns = np.nonzero(apart)
-            beyond[hit[rows], columns] = True
-            left = np.where(beyond, 0, weight[part])
+            left = np.where(self._apart(leaf[part], at[part]), 0, weight[part])
             total = left.sum(axis=1, keepdims=True)
             weight[part] = np.where(total > 0, left / np.where(total > 0, total, 1), weight[part])
-        return weight
+            self._take_nearest(leaf, at, part[total[:, 0] <= 0])
+        return leaf, weight
 
-    def beyond(self, leaf, at):
-        """(h,) Whether what is met at places (h, 2) of leaves (h,) lies on the other side than their middles."""
-        out, some = np.zeros(len(leaf), bool), np.flatnonzero(self.touched.take(leaf))
+    def _apart(self, leaf, at):
+        """(h, k) Whether what stands on any of the leaves (h, k) parts places (h, 2) from the middle of each."""
+        which, segment = self.lists.of(leaf.ravel())
+        hit = which // leaf.shape[1]
+        rows, columns = np.nonzero(self.standing.part(segment, at[hit][:, None], self.centre[leaf[hit]]))
+        out = np.zeros(leaf.shape, bool)
+        out[hit[rows], columns] = True
+        return out
+
+    def _take_nearest(self, leaf, at, some):
+        """Puts the nearest of the leaves around that are reached from places in for those of hits some (k,), if any."""
+        for part in parts(some, AT_ONCE // len(AROUND)):
+            around = self.lattice.around(leaf[part, 0], at[part], AROUND)
+            size = self.lattice.size[self.lattice.chart[around]]
+            far = np.linalg.norm((self.centre[around] - at[part][:, None]) * size, axis=2)
+            far = np.where(self._apart(around, at[part]), np.inf, far)
+            best = far.argmin(axis=1)
+            found = np.isfinite(far[np.arange(len(part)), best])
+            leaf[part[found]] = around[found, best[found]][:, None]
+
+    def sides(self, leaf, at):
+        """(h,) On which side of what stands there places (h, 2) of leaves (h,) lie: 0 on that of their middles, less than
+        SIDES. Two sheets make three of them, which are told apart; of more some may not be."""
+        out, some = np.zeros(len(leaf), np.int64), np.flatnonzero(self.touched.take(leaf))
         for part in parts(some, AT_ONCE):
             hit, segment = self.lists.of(leaf[part])
             apart = self.standing.part(segment, at[part][hit], self.centre[leaf[part]][hit])
-            out[part[hit[apart]]] = True
+            number = np.arange(len(hit)) - np.searchsorted(hit, hit)
+            for bit in range(SIDES.bit_length() - 1):
+                of_these = apart & (number % (SIDES.bit_length() - 1) == bit)
+                out[part[hit[of_these]]] |= 1 << bit
         return out
 
     def other_side(self, which, places, hidden):
