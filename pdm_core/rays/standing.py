@@ -73,7 +73,7 @@ class PartedCells:
         self.centre = (places * alive).sum(axis=1) / np.maximum(alive.sum(axis=1), 1)
 
     def columns(self, chart, at):
-        """As Lattice.columns, without leaves beyond what stands there; where that leaves none the nearest that is not."""
+        """As Lattice.columns, without leaves beyond what stands there; where that leaves none, the nearest other."""
         leaf, weight = self.lattice.columns(chart, at)
         some = np.flatnonzero(self.touched.take(leaf).any(axis=1))
         for part in parts(some, AT_ONCE):
@@ -104,8 +104,8 @@ class PartedCells:
             leaf[part[found]] = around[found, best[found]][:, None]
 
     def sides(self, leaf, at):
-        """(h,) On which side of what stands there places (h, 2) of leaves (h,) lie: 0 on that of their middles, less than
-        SIDES. Two sheets make three of them, which are told apart; of more some may not be."""
+        """(h,) On which side, < SIDES, of what stands on leaves (h,) places (h, 2) lie: 0 on that of their middles.
+        Two sheets make three of them, which are told apart; of more some may not be."""
         out, some = np.zeros(len(leaf), np.int64), np.flatnonzero(self.touched.take(leaf))
         for part in parts(some, AT_ONCE):
             hit, segment = self.lists.of(leaf[part])

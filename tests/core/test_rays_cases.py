@@ -203,8 +203,8 @@ def test_no_light_comes_through_a_partition(place, thick, at):
     [(0.3, (2.03, 1.97), 0), (1.1, (2.03, 1.97), 0), (1.8488, (2.48, 2), 0), (1.6418, (2.11, 2), 0.03)],
 )
 def test_no_light_comes_through_a_partition_askew(place, slant, low, thick):
-    """Of one sheet, or of two with nothing in between, that end beyond the walls and cut cells at a slant: where none of
-    the nearest was on the dark side it had up to .003 of the lit one's .4."""
+    """Of one sheet, or of two with nothing in between, that end beyond the walls and cut cells at a slant: where none
+    of the nearest was on the dark side it had up to .003 of the lit one's .4."""
     way, low = np.array([np.cos(slant), np.sin(slant), 0]), np.array([*low, 0])
     aside = np.array([-way[1], way[0], 0])
     surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.7)
