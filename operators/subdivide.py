@@ -18,7 +18,7 @@ from .baking.round_places import round_places
 from .modal_steps import KEEP, Steps, current
 from .reading.mesh_arrays import arrays_of
 from .settings import SETTING_NAMES
-from .subdivide_meshes import all_or_none
+from .subdivide_meshes import all_or_none, stuck
 from .told import told
 from .uniform import MOST_TIMES, parts_steps
 from .words import many, say
@@ -64,7 +64,8 @@ def subdivide_steps(context, way, budget=BUDGET, among=None, copies=False, enoug
     if report is None:
         raise BakeError("Bake first: the report tells which meshes are too coarse")
     steps = uniform_steps if way == "UNIFORM" else adaptive_steps
-    return (yield from steps(context, report, budget, among, copies, enough))
+    count, added, short = yield from steps(context, report, budget, among, copies, enough)
+    return count, added, short or stuck(context.scene, report, among)
 
 
 def tell_short(scene, short):

@@ -6,6 +6,8 @@ import bpy
 from .baking.again import last
 from .baking.colour_attribute import BakeError
 
+MOST_TOLD = 3  # meshes
+
 
 def too_coarse(report):
     """Whether the colours between the vertices are off by more than the target."""
@@ -22,6 +24,14 @@ def coarse_entries(scene, report, among=None):
     entries = {entry["name"]: entry for entry in report["objects"] if entry["baked"] and entry.get("finer")}
     chosen = {name: e for name, e in entries.items() if among is None or name in among}
     return {name: entry for name, entry in chosen.items() if problem_of(scene.objects.get(name)) is None}
+
+
+def stuck(scene, report, among=None):
+    """Why meshes that alone are above the target stay as they are, or ''."""
+    target = report["settings"]["target_error"]
+    coarse = [e["name"] for e in report["objects"] if e["baked"] and (e["between"] or 0.0) > target]
+    problems = {name: problem_of(scene.objects.get(name)) for name in coarse if among is None or name in among}
+    return "; ".join([f"Object {name!r} {problem}" for name, problem in problems.items() if problem][:MOST_TOLD])
 
 
 def problem_of(obj):

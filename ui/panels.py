@@ -19,7 +19,7 @@ from ..operators.reporting.graph_image import graph
 from ..operators.settings import SETTING_NAMES
 from ..operators.show_colours import PDM_OT_show_colours, is_shown
 from ..operators.subdivide import PDM_OT_subdivide
-from ..operators.subdivide_meshes import too_coarse
+from ..operators.subdivide_meshes import stuck, too_coarse
 from ..operators.words import many, say
 from .previews import picture
 from .wrapped import wrapped
@@ -122,6 +122,8 @@ def _result(layout, context, report):
         wrapped(column, context, say("{} off between vertices", percent(report["between_vertices"])), "ERROR")
         operator = layout.operator(PDM_OT_subdivide.bl_idname, text="Subdivide and Bake Again", icon="MOD_SUBSURF")
         operator.times, operator.rebake = 0, True
+        if reasons := stuck(context.scene, report):
+            wrapped(layout, context, reasons, "INFO")
     above = report.get("above_one", {"share": 0.0})  # older reports have none
     if above["share"] > MUCH:
         text = say("{} is above 1, white here: try Exposure {}", percent(above["share"]),

@@ -392,6 +392,22 @@ def test_what_cannot_be_subdivided_is_said():
     assert len(floor.data.vertices) == 25
 
 
+@pytest.mark.parametrize("method", ["ADAPTIVE", "UNIFORM"])
+def test_meshes_that_stay_too_coarse_are_told_with_the_reason(method):
+    """Of two floors that are too coarse the one that cannot be changed stays, and it is said why: always."""
+    floor, _, _ = scenes.lit_ball()
+    floor.shape_key_add(name="Basis")
+    scenes.grid("Other", 1, 3.0, Matrix.Translation((0, 4, 0)), made_of=scenes.material("Other"))
+    bake(target_error=0.03)
+    said = "'Floor' has shape keys; apply or remove them"
+    assert bpy.ops.pdm.subdivide(method=method) == {"FINISHED"}
+    assert said in bpy.context.scene.pdm_radiosity.report()["warnings"][-1]
+    bake(target_error=0.03)
+    assert bpy.ops.pdm.subdivide(method=method) == {"CANCELLED"}
+    assert said in bpy.context.scene.pdm_radiosity.report()["warnings"][-1]
+    assert len(floor.data.vertices) == 25
+
+
 def test_the_baked_attribute_stays_the_active_one():
     floor, _, _ = scenes.lit_ball()
     other = floor.data.color_attributes.new(name="Other", type="BYTE_COLOR", domain="CORNER")
