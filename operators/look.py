@@ -21,11 +21,12 @@ READ = bpy.types.Object, bpy.types.Mesh, bpy.types.Material, bpy.types.World, bp
 
 
 class _Watch:
-    """is_stale: something has changed since the scene was read; problem: why it cannot be read, or ''."""
+    """is_stale: something has changed since the scene was read; problem: why it cannot be read, or ''; told: what the
+    last bake failed at, when the panel was last drawn."""
 
     def __init__(self):
         self.is_stale, self.problem, self.is_slow, self.is_reading = True, "", False, False
-        self.changed = self.took = 0.0
+        self.changed, self.took, self.told = 0.0, 0.0, ""
         self.steps = self.seen = self.window = None
 
     def change(self):
@@ -44,8 +45,11 @@ def panel_shown(context):
     watch.window = context.window
     signature = _signature(context.scene)
     if signature != watch.seen:
-        watch.seen = signature
+        watch.seen, problem = signature, current.problem
         watch.change()
+        if problem is not watch.told:  # it was changed while the bake ran, which failed at that
+            current.problem = problem
+    watch.told = current.problem
     _read_soon()
 
 

@@ -207,12 +207,16 @@ def status():
 
 def stop_bake(context):
     """Ends the work that runs in a window, if any: nothing of it is kept. Also when the add-on is disabled."""
-    if current.steps is not None:
-        current.steps.close()
-        context.window_manager.event_timer_remove(current.timer)
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
-    current.stage = current.steps = current.timer = None
+    try:
+        if current.steps is not None:
+            context.window_manager.event_timer_remove(current.timer)
+            if context.workspace is not None:
+                context.workspace.status_text_set(None)
+            current.steps.close()
+            if context.view_layer is not None:
+                context.view_layer.update()  # what that puts back is no change, which would come after the end
+    finally:
+        current.stage = current.steps = current.timer = None
 
 
 def redraw_sidebars(context):

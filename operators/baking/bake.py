@@ -5,6 +5,7 @@ from collections import namedtuple
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
+import bpy
 import numpy as np
 
 from ...pdm_core import SceneError, solve_steps
@@ -24,6 +25,7 @@ from .own_meshes import OwnMeshes
 from .passes import OF_LIGHT, in_order, pass_steps
 from .report import bake_report, scan_result
 from .so_far import SoFar
+from .still_there import still_there
 
 # error: the current estimated relative error; said: sentences to be told at once
 Stage = namedtuple("Stage", "text fraction error said", defaults=((),))
@@ -72,6 +74,26 @@ class _Read:
     away: list
 
 
+@dataclass(frozen=True)
+class _Place:
+    """The scene and view layer that are baked, whatever the window shows at the end."""
+
+    scene: bpy.types.Scene
+    scene_name: str
+    layer_name: str
+
+    @classmethod
+    def of(cls, context):
+        return cls(context.scene, context.scene.name, context.view_layer.name)
+
+    def override(self, context):
+        scene = still_there(self.scene, self.scene_name, bpy.data.scenes)
+        layer = scene and scene.view_layers.get(self.layer_name)
+        if layer is None:
+            raise BakeError(f"Scene {self.scene_name!r} was removed or renamed during the bake; bake again")
+        return context.temp_override(scene=scene, view_layer=layer)
+
+
 @dataclass(eq=False)
 class _Found:
     """Of a Field: values [(k, 3)] at each target's points, and what is asked for beside them. kept: Kept or None;
@@ -93,23 +115,25 @@ def bake_steps(context, settings, enough=lambda: False, last=None, show=None):
     the best so far has been written, until the end or the closing of the generator takes that back. Raises BakeError,
     SceneError.
     """
-    seconds = {}
+    seconds, place = {}, _Place.of(context)
     for name in settings.written:
         check_name(name)
     yield Stage("Reading the scene", 0.0, np.inf)
     with _timed(seconds, "read"):
         read = yield from _read(context, settings)
+    is_live = context.scene.pdm_radiosity.live
     so_far = SoFar(settings, list(zip(read.targets, read.points, strict=True)), show) if show else None
     try:
         with _timed(seconds, "solve"):
             scene = read.reading.scene
             solution = last and last.recall(settings, scene)
             solution = solution or (yield from _solve(scene, settings, seconds["read"], enough, so_far))
-        found = yield from _find(settings, read, solution, seconds, context.scene.pdm_radiosity.live)
+        found = yield from _find(settings, read, solution, seconds, is_live)
     finally:
         if so_far:
             so_far.take_back()
-    report = _write(context, settings, read, found, seconds)
+    with place.override(context):
+        report = _write(context, settings, read, found, seconds)
     if last:
         last.keep(settings, solution, read.reading.scene)
     return report

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from .still_there import still_there
+
 MAX_NAME_BYTES = 63  # Blender's names are 63 bytes of UTF-8; 4.2 returns no attribute for longer ones
 BUILT_IN = frozenset(
     "position normal radius id velocity rest_position material_index sharp_face sharp_edge crease_vert crease_edge "
@@ -67,19 +69,20 @@ def write_colours(items, name, data_type):
     """Writes `items`, a list of Colours, as attribute `name`, active in viewport and render.
 
     All or none: where one fails the meshes already written are put back, and BakeError is raised. Returns a function
-    that puts all back, for who fails later.
+    that puts all back that are there still, for who fails later.
     """
     done = []
 
     def undo():
-        for mesh, saved in reversed(done):
-            _restore(mesh, name, saved)
+        for mesh, mesh_name, saved in reversed(done):
+            if mesh := still_there(mesh, mesh_name, bpy.data.meshes):
+                _restore(mesh, name, saved)
 
     _check_finite(items)
     try:
         for item in items:
             obj = _find(item, name)
-            done.append((obj.data, _save(obj.data, name)))
+            done.append((obj.data, obj.data.name, _save(obj.data, name)))
             _write(obj.data, name, data_type, item.domain, item.colours)
     except Exception as error:
         undo()
@@ -152,7 +155,8 @@ def _choose(mesh, active, render):
 def _restore(mesh, name, saved):
     written = mesh.color_attributes.get(name)
     if saved.existed:
-        _write(mesh, name, saved.data_type, saved.domain, saved.values)
+        if len(saved.values) == 4 * len(mesh.vertices if saved.domain == "POINT" else mesh.loops):  # not edited since
+            _write(mesh, name, saved.data_type, saved.domain, saved.values)
     elif written is not None:
         mesh.color_attributes.remove(written)
     _choose(mesh, saved.active, saved.render)

@@ -1,5 +1,5 @@
-"""The best so far, in the colours of the meshes while a bake in a window goes on; before it ends, in whatever way, they
-are put back."""
+"""The best so far, in the colours of the meshes while a bake in a window goes on; before it ends, in whatever way, and
+before the file is saved, they are put back."""
 
 import numpy as np
 
@@ -12,6 +12,12 @@ from .layer import blended
 # change Blender smooths a view anew: by software 5 s of work for 10,000
 LEAST = 3.0, 2e-3
 LATER = 8.0  # times as long as up to the last one until the next
+
+
+class _Shown:
+    """The SoFar whose colours the meshes have, or None."""
+
+    now = None
 
 
 class SoFar:
@@ -54,11 +60,17 @@ class SoFar:
         ]
         items = [blended(self.settings, item) for item in items]
         undo = write_colours(items, self.settings.attribute, self.settings.data_type)
-        self.undo = self.undo or undo
+        self.undo, _Shown.now = self.undo or undo, self
         self.show()
 
     def take_back(self):
         """The colours as they were before."""
-        if self.undo:
-            self.undo()
-            self.undo = None
+        undo, self.undo, _Shown.now = self.undo, None, None
+        if undo:
+            undo()
+
+
+def saving():
+    """What a file keeps is no bake that may be cancelled; the next best is shown again."""
+    if _Shown.now:
+        _Shown.now.take_back()

@@ -70,6 +70,67 @@ def test_cancelled_everything_is_as_it_was(baking, before):
     assert state() == was
 
 
+def undone():
+    bpy.ops.ed.undo()
+
+
+def mesh_removed():
+    bpy.data.meshes.remove(bpy.data.objects["Ball"].data)
+
+
+def mesh_changed():
+    scenes.rebuild(bpy.data.objects["Floor"], lambda b: scenes.bmesh.ops.create_grid(b, size=1))
+
+
+@pytest.mark.parametrize("meanwhile", [undone, mesh_removed, mesh_changed])
+@pytest.mark.parametrize("before", [False, True], ids=["no colours", "old colours"])
+def test_cancelled_after_an_undo_or_an_edit_what_is_there_has_no_colours_of_it(baking, meanwhile, before):
+    """Another window takes input while this one bakes."""
+    floor, ball, _ = scenes.lit_ball()
+    bpy.ops.ed.undo_push(message="Before")
+    if before:
+        for obj in (floor, ball):
+            old = obj.data.color_attributes.new(NAME, "FLOAT_COLOR", "POINT")
+            old.data.foreach_set("color", np.full(4 * len(old.data), 0.25, np.float32))
+    floor.location.x += 0.1
+    bpy.ops.ed.undo_push(message="Moved")
+    steps, shown = baking(target_error=0.002)
+    while not shown:
+        next(steps)
+    meanwhile()
+    steps.close()
+    for obj in (obj for obj in bpy.data.objects if meanwhile is not mesh_changed or obj.name != "Floor"):
+        colours = obj.data.color_attributes.get(NAME)
+        assert colours is None or (before and (scenes.colours(obj) == 0.25).all())
+
+
+def test_a_file_saved_meanwhile_has_none_of_it(baking, tmp_path):
+    floor, ball, _ = scenes.lit_ball()
+    steps, shown = baking(target_error=0.002)
+    while not shown:
+        next(steps)
+    assert NAME in floor.data.color_attributes
+    path = str(tmp_path / "saved.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    finish(steps)
+    assert NAME in floor.data.color_attributes
+    with bpy.data.libraries.load(path) as (_, taken):
+        taken.objects = [floor.name, ball.name]
+    assert not any(NAME in obj.data.color_attributes for obj in taken.objects)
+
+
+def test_the_report_is_the_baked_scenes_whatever_is_shown_at_the_end(baking):
+    floor, _, _ = scenes.lit_ball()
+    scene, other = bpy.context.scene, bpy.data.scenes.new("Other")
+    steps, _ = baking(target_error=0.05)
+    next(steps)
+    while next(steps).text != "Solving":
+        pass
+    bpy.context.window.scene = other
+    finish(steps)
+    assert NAME in floor.data.color_attributes and scene.pdm_radiosity.report() and not other.pdm_radiosity.report()
+
+
 def test_objects_that_get_meshes_of_their_own_are_left_till_then(baking):
     floor, ball, _ = scenes.lit_ball()
     twin = bpy.data.objects.new("Twin", ball.data)
