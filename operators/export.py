@@ -8,6 +8,7 @@ import numpy as np
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Operator
 
+from .live import own_changes
 from .modal_steps import AfterBake
 from .reading.preview_nodes import new_material
 from .told import told
@@ -68,7 +69,9 @@ class PDM_OT_export(AfterBake, Operator):
         is_unlit = self.format == "GLTF" and report["settings"]["quantity"] == "RADIANCE"
         try:
             with (
+                own_changes(context),
                 _alone(context, objects),
+                _as_shown(context, objects),
                 _chosen(objects, attribute),
                 _clipped(objects, attribute, self.format) as cut,
             ):
@@ -121,6 +124,32 @@ def _alone(context, objects):
         for obj in selected:
             obj.select_set(True)
         layer.active = active
+
+
+@contextmanager
+def _as_shown(context, objects):
+    """Meshes where their modifiers have moved them, as they were baked: glTF would have them as they are without, and
+    FBX in the rest pose."""
+    graph, before = context.evaluated_depsgraph_get(), []
+    moved = [obj for obj in objects if any(modifier.show_viewport for modifier in obj.modifiers)]
+    meshes = [
+        bpy.data.meshes.new_from_object(obj.evaluated_get(graph), preserve_all_data_layers=True, depsgraph=graph)
+        for obj in moved
+    ]
+    try:
+        for obj, mesh in zip(moved, meshes, strict=True):
+            shown = [modifier for modifier in obj.modifiers if modifier.show_viewport]
+            before.append((obj, obj.data, obj.active_shape_key_index, shown))
+            obj.data = mesh
+            for modifier in shown:
+                modifier.show_viewport = False
+        yield
+    finally:
+        for obj, mesh, key, shown in before:
+            obj.data, obj.active_shape_key_index = mesh, key
+            for modifier in shown:
+                modifier.show_viewport = True
+        bpy.data.batch_remove(meshes)
 
 
 @contextmanager

@@ -77,6 +77,63 @@ def test_read_in_again_it_is_what_was_baked(tmp_path, kind):
             assert np.abs(srgb(got) - srgb(mean)).max() < STEP
 
 
+def bent(floor):
+    modifier = floor.modifiers.new("Bend", "SIMPLE_DEFORM")
+    modifier.deform_method, modifier.deform_axis, modifier.angle = "BEND", "Z", 0.9
+
+
+def posed(floor):
+    rig = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
+    bpy.context.collection.objects.link(rig)
+    bpy.context.view_layer.objects.active = rig
+    bpy.ops.object.mode_set(mode="EDIT")
+    rig.data.edit_bones.new("Bone").tail = 0, 0, 1
+    bpy.ops.object.mode_set(mode="OBJECT")
+    rig.pose.bones["Bone"].rotation_mode = "XYZ"
+    rig.pose.bones["Bone"].rotation_euler.x = 0.4
+    floor.vertex_groups.new(name="Bone").add(range(len(floor.data.vertices)), 1.0, "REPLACE")
+    floor.modifiers.new("Pose", "ARMATURE").object = rig
+
+
+@pytest.mark.parametrize("kind", READ)
+@pytest.mark.parametrize("move", [bent, posed])
+def test_what_modifiers_move_is_written_where_it_was_baked(tmp_path, kind, move):
+    floor, _, _ = scenes.lit_ball()
+    floor.shape_key_add(name="Basis")
+    floor.shape_key_add(name="Key")
+    floor.active_shape_key_index = 1
+    move(floor)
+    bake(target_error=0.05, exposure=-1.0)
+    shown = floor.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    expected = {tuple(round(x, 3) + 0.0 for x in vertex.co) for vertex in shown.vertices}
+
+    def kept():
+        modifiers, groups = [(m.name, m.show_viewport) for m in floor.modifiers], [g.name for g in floor.vertex_groups]
+        return floor.data, floor.active_shape_key_index, modifiers, groups
+
+    before, meshes = kept(), len(bpy.data.meshes)
+    path = written(tmp_path, kind)
+    assert kept() == before and len(bpy.data.meshes) == meshes
+    bpy.ops.wm.read_homefile(use_factory_startup=False, use_empty=True)
+    READ[kind](str(path))
+    obj = next(o for o in bpy.data.objects if o.type == "MESH" and o.name.startswith("Floor"))
+    bpy.context.view_layer.update()
+    found = np.array([obj.matrix_world @ vertex.co for vertex in obj.data.vertices])
+    apart = np.linalg.norm(found[:, None] - np.array(list(expected))[None], axis=2)
+    assert apart.min(axis=0).max() < 2e-3 and apart.min(axis=1).max() < 2e-3
+
+
+def test_live_goes_on_after_an_export(tmp_path, addon):
+    scenes.lit_ball()
+    bpy.context.scene.pdm_radiosity.live = True
+    bake(target_error=0.05)
+    live = addon("operators.live").live
+    assert live.held is not None
+    written(tmp_path, "GLTF")
+    bpy.context.view_layer.update()
+    assert live.held is not None and not live.held.stale
+
+
 @pytest.mark.parametrize("quantity, is_unlit", [("RADIANCE", True), ("IRRADIANCE", False)])
 def test_gltf_is_linear_color_0_on_unlit_materials_or_times_their_colour(tmp_path, quantity, is_unlit):
     floor, _, _ = scenes.lit_ball()
