@@ -139,16 +139,18 @@ def _check_picture(path):
 
 
 class _Progress:
-    """Lines on stderr, at most a few a second and only where something changed."""
+    """Lines on stderr, at most a few a second and only where something changed; what is done of a stage never falls,
+    as the error does that is known at first."""
 
     def __init__(self):
-        self.stage, self.line, self.next = "", "", 0.0
+        self.stage, self.line, self.next, self.most = "", "", 0.0, 0.0
 
     def __call__(self, stage):
         for text in stage.said:
             print(f"pdm: warning: {text}", file=sys.stderr, flush=True)
         now = time.perf_counter()
-        line = f"pdm: {stage.text} {100 * stage.fraction:3.0f} %, error {percent(stage.error)}"
+        self.most = max(stage.fraction, self.most if stage.text == self.stage else 0.0)
+        line = f"pdm: {stage.text} {100 * self.most:3.0f} %, error {percent(stage.error)}"
         if line != self.line and (stage.text != self.stage or now >= self.next):
             self.stage, self.line, self.next = stage.text, line, now + PROGRESS_SECONDS
             print(line, file=sys.stderr, flush=True)

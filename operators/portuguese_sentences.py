@@ -16,6 +16,7 @@ SENTENCES = {
     "Material {} {}": "Material {} {}",
     "World {}: {}": "Mundo {}: {}",
     "world {}": "mundo {}",
+    "Scene {} {}": "Cena {} {}",
     "Surface {}: {}": "Superfície {}: {}",
     "and": "e",
     "{} and {} more": "{} e mais {}",

@@ -208,3 +208,13 @@ def test_ctrl_c_stops_with_130_and_writes_nothing(main, addon, saved, monkeypatc
     assert main(["bake", "--report", str(report)]) == 130
     assert "stopped" in capfd.readouterr().err and not report.exists()
     assert not bpy.data.objects["Floor"].data.color_attributes
+
+
+def test_what_is_done_never_falls(addon, monkeypatch, capsys):
+    command_line, stage = addon("operators.command_line"), addon("operators.baking.bake").Stage
+    monkeypatch.setattr(command_line, "PROGRESS_SECONDS", 0.0)
+    progress = command_line._Progress()
+    for text, fraction, error in (("Solving", 0.1, 0.3), ("Solving", 0.3, 0.1), ("Solving", 0.2, 0.2), ("Else", 0, 0)):
+        progress(stage(text, fraction, error))
+    told = [line.split(",")[0].split()[-2:] for line in capsys.readouterr().err.splitlines()]
+    assert told == [["10", "%"], ["30", "%"], ["30", "%"], ["0", "%"]]
