@@ -176,7 +176,7 @@ def _parse(argv):
     if options.folder:
         options.usage_error("--folder goes with --files")
     if not paths:
-        options.usage_error("nothing would be written; give --output, --report or --image")
+        options.usage_error("nothing would be written; give --output, --report, --image or --files")
     for path in paths:
         folder = os.path.dirname(os.path.abspath(path))
         if not os.path.isdir(folder):

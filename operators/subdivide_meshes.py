@@ -2,11 +2,13 @@
 
 import bmesh
 import bpy
+import numpy as np
 
 from .baking.again import last
 from .baking.colour_attribute import BakeError
 
 MOST_TOLD = 3  # meshes
+SURE = 0.5  # of the target, what meshes that stay as they are may have in all: of a box's error .08 few points told .05
 
 
 def too_coarse(report):
@@ -15,14 +17,17 @@ def too_coarse(report):
 
 
 def coarse_entries(scene, report, among=None):
-    """{name: its entry in a report} of the objects without which the rest would be within the target, if they can be
-    changed; among: names of the only ones, or None."""
+    """{name: its entry in a report} of the objects without which the rest would surely be within the target, if they
+    can be changed; among: names of the only ones, or None."""
     if report is None:
         raise BakeError("Bake first: the report tells which meshes are too coarse")
     if not too_coarse(report):
         return {}
-    entries = {entry["name"]: entry for entry in report["objects"] if entry["baked"] and entry.get("finer")}
-    chosen = {name: e for name, e in entries.items() if among is None or name in among}
+    entries = sorted((e for e in report["objects"] if e["baked"] and e["between"]), key=lambda entry: -entry["between"])
+    # squares of what is left where so many are finer
+    left = report["between_vertices"] ** 2 - np.cumsum([entry["between"] ** 2 for entry in entries])
+    count = np.count_nonzero(left > (SURE * report["settings"]["target_error"]) ** 2) + 1
+    chosen = {entry["name"]: entry for entry in entries[:count] if among is None or entry["name"] in among}
     return {name: entry for name, entry in chosen.items() if problem_of(scene.objects.get(name)) is None}
 
 
