@@ -292,3 +292,19 @@ def test_input_waits_neither_for_slices_nor_for_much_drawing(addon, monkeypatch,
         modal.current.__init__()
     assert len(drawn) > 6 and sum(drawn) < 0.12 * clock[0]
     assert max(waits) < max(0.1, drawing + 0.05)
+
+
+def test_what_a_bake_failed_at_is_told_though_the_change_was_made_while_it_ran(addon):
+    """It stays until the next change."""
+    look, current = addon("operators.look"), addon("operators.modal_steps").current
+    scenes.lit_ball()
+    look.panel_shown(bpy.context)
+    bpy.data.objects.remove(bpy.data.objects["Ball"])
+    current.problem = " ".join(["Object 'Ball'", "was removed"])
+    for _ in range(2):
+        look.panel_shown(bpy.context)
+        assert current.problem == "Object 'Ball' was removed"
+    bpy.data.objects.remove(bpy.data.objects["Lamp"])
+    look.panel_shown(bpy.context)
+    assert not current.problem
+    look.forget()
