@@ -129,7 +129,7 @@ def summary(settings):
     scan = settings.scan()
     if watch.problem:
         return "ERROR", watch.problem
-    if scan is None:
+    if scan is None or (watch.is_stale and not scan["objects"]):
         return "VIEWZOOM", say("Looking at the scene ...")
     lights = scan.get("shining") or {"count": 0, "sky": False}
     parts = [many(len(scan["objects"]), "object", "objects")]
@@ -150,5 +150,10 @@ def foreseen(settings):
 
 
 def is_empty(settings):
+    """As far as is known: what is new may not have been read yet."""
     scan = settings.scan()
     return scan is not None and not scan["objects"]
+
+
+def is_surely_empty(settings):
+    return is_empty(settings) and not watch.is_stale

@@ -11,7 +11,7 @@ from ..operators.example_room import PDM_OT_example_room
 from ..operators.export import PDM_OT_export
 from ..operators.listed import LABELS, instanced
 from ..operators.live_watch import PDM_OT_free_live, PDM_OT_live, status
-from ..operators.look import foreseen, is_dark, is_empty, panel_shown, summary
+from ..operators.look import foreseen, is_dark, is_empty, is_surely_empty, panel_shown, summary
 from ..operators.mend import PDM_OT_mend
 from ..operators.modal_steps import CATEGORY, current
 from ..operators.preview_material import PDM_OT_preview_material, any_preview
@@ -60,7 +60,7 @@ class PDM_PT_bake(Panel):
 def _ready(layout, context, settings):
     """What a bake will do, its target, and what the last one did."""
     panel_shown(context)
-    if is_empty(settings):
+    if is_surely_empty(settings):
         wrapped(layout, context, say(EMPTY), "INFO")
     else:
         icon, text = summary(settings)

@@ -92,6 +92,22 @@ def test_changes_are_noticed_and_read_in_slices(addon, settings):
     assert not look.watch.is_stale
 
 
+def test_what_was_not_read_yet_is_not_called_nothing(addon, settings):
+    look = addon("operators.look")
+
+    def read():
+        while not look._read(bpy.context):
+            pass
+
+    read()
+    assert look.is_surely_empty(settings())
+    scenes.lit_ball()
+    bpy.context.view_layer.update()
+    assert not look.is_surely_empty(settings()) and look.summary(settings())[1] == "Looking at the scene ..."
+    read()
+    assert "3 objects" in look.summary(settings())[1]
+
+
 def test_only_a_reading_that_came_to_its_end_tells_what_is_slow(addon, monkeypatch):
     """One that a change interrupts is begun again, whatever it took: else what was there before stood on for good."""
     look = addon("operators.look")
