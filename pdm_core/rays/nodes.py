@@ -207,7 +207,8 @@ class Nodes:
         for k in self.meshes.which:
             meshes[k] = NEXT * self.meshes.surplus(k, value[self.first[k] :])
         cells = len(self.lattice)
-        return self.lattice.surplus(value[:cells], uneven[:cells]), meshes
+        off = self.lattice.surplus(value[:cells], uneven[:cells])
+        return self.parted.surplus(value[:cells], off), meshes
 
     def refined(self, cells, meshes):
         """cells (k, 2) bool: which are halved along which axis; meshes (n surfaces,) bool: which are merged less ->

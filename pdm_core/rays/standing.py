@@ -8,12 +8,15 @@ import numpy as np
 
 from ..at_once import AT_ONCE, entries_of, in_turn, parts
 from ..shapes.shape import PARALLEL
+from .lattice import NEXT
 from .near_flats import ON
+from .rims import rims
 
 BORDER = 1e-4  # of a chart: on its border nothing lies beyond a segment
 DENSE = 4  # points along a segment, for each of the finest cells, that tell which cells it runs through
 ASIDE = 1e-7  # of the chart: to both sides of a segment that runs between cells
 AROUND = np.stack(np.divmod(np.arange(25), 5), axis=1) - 2  # leaves around one, by its own size, that may stand for it
+NEXT_TO = np.array([-2, -1, 1, 2])  # leaves along an axis whose values tell how they bend
 SIDES = 4  # of a cell that are told apart: a power of 2
 ASKED = 4  # of the places of a cell that count: from which it is tried to reach most of the others
 
@@ -24,6 +27,7 @@ class Standing:
     def __init__(self, facets, charts):
         parts = [(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)))]
         parts += [_segments(facets, charts, own, facet) for own, facet in facets.near_flats]
+        parts.append(rims(facets, charts))
         self.surface, self.a, self.b = (np.concatenate(part) for part in zip(*parts))
 
     def through(self, lattice):
@@ -102,6 +106,31 @@ class PartedCells:
             best = far.argmin(axis=1)
             found = np.isfinite(far[np.arange(len(part)), best])
             leaf[part[found]] = around[found, best[found]][:, None]
+
+    def surplus(self, value, off):
+        """off (k, 2): how far values (k, c) of leaves half as wide along each axis may be off -> the same, where what
+        stands there parts leaves, by those that it does not: light may jump there."""
+        lattice, every = self.lattice, np.arange(len(off))
+        middle = (lattice.corner + lattice.step / 2) / lattice.size[lattice.chart]
+        out = off.copy()
+        for axis in range(2):
+            beside = lattice.around(every, middle, np.eye(2, dtype=int)[axis] * NEXT_TO[:, None])
+            some = np.flatnonzero(self.touched | self.touched[beside].any(axis=1))
+            for part in parts(some, AT_ONCE):
+                two = beside[part][:, np.abs(NEXT_TO) == 1]
+                apart = self._apart(two, self.centre[part]) | self._apart_here(part, two)
+                there = value[np.where(apart, part[:, None], two)]
+                out[part, axis] = NEXT * np.linalg.norm(there.sum(axis=1) - 2 * value[part], axis=1) / 2
+        return out
+
+    def _apart_here(self, own, others):
+        """(h, k) Whether what stands on leaves own (h,) parts their middles from those of others (h, k)."""
+        which, segment = self.lists.of(own)
+        found = self.standing.part(segment, self.centre[own[which]][:, None], self.centre[others[which]])
+        out = np.zeros(others.shape, bool)
+        rows, columns = np.nonzero(found)
+        out[which[rows], columns] = True
+        return out
 
     def sides(self, leaf, at):
         """(h,) On which side, < SIDES, of what stands on leaves (h,) places (h, 2) lie: 0 on that of their middles.
