@@ -158,6 +158,7 @@ SENTENCES = {
     # materials
     "its Generated coordinates are those of the mesh as its modifiers leave it, and Cycles' are not": "as suas "
     "coordenadas Generated são as da malha como os modificadores a deixam, e as do Cycles não",
+    "apply them": "aplique-os",
     "it has no {} {} that its material asks for": "não tem {} {}, que o seu material pede",
     "UV map": "mapa UV",
     "attribute": "atributo",

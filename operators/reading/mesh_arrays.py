@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+FLATTEST = 1e-7  # of a matrix's largest scale: single precision knows no smaller one
+
 
 @dataclass(frozen=True, eq=False)
 class Arrays:

@@ -7,14 +7,13 @@ import numpy as np
 
 from ...pdm_core import Polygon
 from .light_linking import is_linked
-from .mesh_arrays import Arrays
+from .mesh_arrays import FLATTEST, Arrays
 from .mesh_joined import Given
 from .mesh_match import Baked, baked_of
 from .mesh_outlines import PolygonShape
 from .mesh_shapes import MeshShapes, find_all
 from .mesh_topology import FLOAT32, NotRecognised
 
-FLATTEST = 1e-7  # of a matrix's largest scale: single precision knows no smaller one
 BEYOND = 1e15  # m; single precision overflows at 3e38, and the areas of shapes at the root of that
 
 

@@ -5,9 +5,9 @@ from functools import cached_property
 import numpy as np
 
 from ...pdm_core.shapes.shape import unit
+from .mesh_arrays import FLATTEST
 from .nearest_face import NearestFace
 from .node_values import evaluate
-from .read_mesh import FLATTEST
 
 CHUNK = 32768  # points at a time
 AFFINE = 2e-6  # of the range of values: a map that is straight to this is taken so, and needs no faces

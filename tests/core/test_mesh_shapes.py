@@ -10,11 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-# operators/__init__.py imports bpy; an empty package over the same folder lets its numpy-only modules be imported
-_package = types.ModuleType("operators_without_bpy")
-_package.__path__ = [str(Path(__file__).resolve().parents[2] / "operators" / "reading")]
-sys.modules[_package.__name__] = _package
-mesh_shapes = importlib.import_module("operators_without_bpy.mesh_shapes")
+# the package and its operators import bpy; empty ones over the same folders let numpy-only modules be imported
+for _name, _path in (("without_bpy", "."), ("without_bpy.operators", "operators")):
+    _package = types.ModuleType(_name)
+    _package.__path__ = [str(Path(__file__).resolve().parents[2] / _path)]
+    sys.modules.setdefault(_name, _package)
+mesh_shapes = importlib.import_module("without_bpy.operators.reading.mesh_shapes")
 find_shapes, NotRecognised = mesh_shapes.find_shapes, mesh_shapes.NotRecognised
 
 TRIANGULATE = ("no", "first", "second", "mixed")
