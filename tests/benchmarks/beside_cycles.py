@@ -19,7 +19,7 @@ from output import machine, save
 from rooms import ROOMS, load
 from scenes import thirteen_spheres
 
-from pdm_core import Plane, solve
+from pdm_core import Mesh, Plane, solve
 
 SAMPLES = (1, 4, 16, 64, 256)
 LEVELS = (0.05, 0.01, 0.003)
@@ -63,7 +63,9 @@ def material(surface, back):
 
 
 def grid_mesh(shape, count):
-    """Vertices (n, 3) and faces of about count vertices: a grid of a plane, a UV sphere."""
+    """Vertices (n, 3) and faces of about count vertices: a grid of a plane, a UV sphere; a mesh as it is."""
+    if isinstance(shape, Mesh):
+        return shape.vertices, shape.triangles
     if isinstance(shape, Plane):
         side = max(int(np.sqrt(count)), 2)
         s, t = (a.ravel() for a in np.meshgrid(*[np.linspace(0, 1, side)] * 2, indexing="ij"))
@@ -91,7 +93,8 @@ def build(scene, front, count):
         points, faces = grid_mesh(surface.shape, count / len(front))
         mesh = bpy.data.meshes.new(surface.name)
         mesh.from_pydata(points.tolist(), [], [face.tolist() for face in faces])
-        mesh.shade_smooth()
+        if not isinstance(surface.shape, Mesh):
+            mesh.shade_smooth()
         mesh.materials.append(material(surface, isinstance(surface.shape, Plane)))
         mesh.color_attributes.new("bake", "FLOAT_COLOR", "POINT")
         mesh.color_attributes.active_color = mesh.color_attributes["bake"]
