@@ -46,7 +46,7 @@ def test_cubic_keeps_constants_and_slopes():
 
 
 def test_bytes_are_interpolated_encoded():
-    picture = Picture(np.array([[[0, 0, 0, 1], [1, 1, 1, 1]]], np.float32), encoded=True)
+    picture = Picture(np.array([[[0, 0, 0, 1], [1, 1, 1, 1]]], np.float32), np.uint8)
     found = picture.look_up(np.array([[0.5, 0.5]]), Use())
     np.testing.assert_allclose(found[0, :3], linear_of_srgb(0.5), rtol=1e-6)
     values = np.linspace(0, 1, 100)
