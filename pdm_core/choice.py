@@ -6,8 +6,11 @@ MOST = 200  # surfaces that links take: they keep tables of all pairs of shapes,
 # Fitted to measured runs of 5 to 300 boxes, balls and planes at targets of 4 to .25 %, on one thread.
 PAIR, BLOCKED = 3.75e-4, 0.1  # s of links a pair of surfaces: 30 us for each of 25 nodes that half of the others
 # face; more for each shape that may hide them
-FINER_LINKS, FINER_RAYS = 0.5, 1.8  # powers of the target's reciprocal
-RAYS, RAYS_AT = 0.7, 8.0  # s of rays for any scene, and more at the target of 1 %
+FINER_LINKS, FINER_RAYS = 0.85, 1.8  # powers of the target's reciprocal
+RAYS, RAYS_AT = (
+    0.7,
+    8.0,
+)  # s of rays for any scene, and more at 1 %, with reading some thousand places
 
 
 @dataclass(frozen=True)
