@@ -47,7 +47,7 @@ def boxes(count, seed=3):
 
 
 def solved(scene, target, by_rays):
-    """CPU s of solving, with reading, and the Solution by one of the two ways; None where it takes too long or is refused."""
+    """CPU s of solving, with reading, and the Solution by one way or the other; None where too slow or refused."""
     start, before = time.process_time(), links.choose
     links.choose = lambda *_: Choice(by_rays, "asked for")
     try:
