@@ -2,15 +2,15 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 MOST = 200  # surfaces that links take: they keep tables of all pairs of shapes, and of nodes; rays are ahead from 60 on
 # Fitted to measured runs of 5 to 300 boxes, balls and planes at targets of 4 to .25 %, on one thread.
 PAIR, BLOCKED = 3.75e-4, 0.1  # s of links a pair of surfaces: 30 us for each of 25 nodes that half of the others
 # face; more for each shape that may hide them
 FINER_LINKS, FINER_RAYS = 0.85, 1.8  # powers of the target's reciprocal
-RAYS, RAYS_AT = (
-    0.7,
-    8.0,
-)  # s of rays for any scene, and more at 1 %, with reading some thousand places
+# s of rays for any scene, more at the target of 1 %, and for each ball, reading some thousand places included
+RAYS, RAYS_AT, CURVED = 1.0, 1.0, 0.5
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,8 @@ def choose(scene, target):
     if needs:
         return Choice(True, f"because of {' and '.join(needs)}")
     links = PAIR * len(scene) ** 2 * (1 + BLOCKED * len(scene.shapes)) * (0.04 / target) ** FINER_LINKS
-    rays = RAYS + RAYS_AT * (0.01 / target) ** FINER_RAYS
+    curved = sum(np.isfinite(shape.bend) for shape in scene.shapes)
+    rays = RAYS + (RAYS_AT + CURVED * curved) * (0.01 / target) ** FINER_RAYS
     return Choice(rays < links, f"predicted: {_seconds(rays)} s by rays, {_seconds(links)} s by links", links, rays)
 
 
