@@ -28,7 +28,7 @@ FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 TURNS = 4  # sets of points that these places see in turn: by one set all nodes would be wrong alike
 POWER = 0.75  # of n points: the error of a share that they tell, where part is seen, is about 1 / (2 n)^POWER
-MANY = 8  # sources, from which on the penumbra of each one is looked for by few points
+MANY = 8  # sources, from which on the penumbra of each one is looked for by few points, the same ones at all places
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
 STAND = 256  # of them, whatever is told
 
@@ -54,7 +54,10 @@ class Shares:
         tolerance: of irradiance / pi, of all or of each (n,), for all sources together, or relative, of the light there
         unhidden, where that is more; points: of a source, at first and at most; turns: of how many sets of points
         receivers see one each, in turn."""
-        n = len(receivers)
+        n, turns = (
+            len(receivers),
+            turns if len(self.sources) <= MANY else 1,
+        )  # of many some are too bright, some too dark
         tolerance = np.broadcast_to(tolerance, n)
         factor = np.zeros((n, len(self.sources), 3), np.float32)
         error2, total, lost = np.zeros((3, n))
