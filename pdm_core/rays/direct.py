@@ -115,8 +115,9 @@ class Shares:
     def _scattered_share(self, source, receivers):
         """Shares seen (n, 3) by SCATTERED points in turn for each, by the next ones where none of these shines there,
         as those of a ball's other side; yields."""
-        place, normal, weight = source.samples(SCATTERED[1])
-        tint, n, few, begun = source.tint(place), len(receivers), min(SCATTERED[0], len(place)), 0
+        few, most = SCATTERED  # of many sources fewer points each are as many in all; a few of a ball shine anywhere
+        place, normal, weight = source.samples(max(most * MANY // max(len(self.sources), MANY), FACTOR * few))
+        tint, n, few, begun = source.tint(place), len(receivers), min(few, len(place)), 0
         seen, total = np.zeros((n, 3)), np.zeros(n)
         rest = np.arange(n)
         while len(rest) and begun < len(place):
