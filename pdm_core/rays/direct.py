@@ -54,10 +54,9 @@ class Shares:
         tolerance: of irradiance / pi, of all or of each (n,), for all sources together, or relative, of the light there
         unhidden, where that is more; points: of a source, at first and at most; turns: of how many sets of points
         receivers see one each, in turn."""
-        n, turns = (
-            len(receivers),
-            turns if len(self.sources) <= MANY else 1,
-        )  # of many some are too bright, some too dark
+        n = len(receivers)
+        if len(self.sources) > MANY:  # some are too bright and some too dark
+            turns = 1
         tolerance = np.broadcast_to(tolerance, n)
         factor = np.zeros((n, len(self.sources), 3), np.float32)
         error2, total, lost = np.zeros((3, n))

@@ -19,7 +19,7 @@ PARTED = KEPT + CLEAR  # tolerances between layers of shapes in one plane: more 
 POINTED = 64.0, 1e-2  # tolerances, or of its length, that a facet's corners move at most by this: where it is a sliver
 FINEST = 1e-10  # of the scene's size: the least tolerance, at which what our sums lose at a slant is within WIDER
 FEW = 8  # corners of shapes that may be a room's walls
-SINGLE = 1e-6  # of lengths: more than what single precision rounds off
+WIDER_SINGLE = 1e-6  # of lengths: more than what single precision rounds off
 TILTED = 1e-4  # sine up to which planes of layers may differ
 
 
@@ -117,8 +117,8 @@ class Facets:
         middle = (self.u + self.v) / np.where(self.triangle, 3.0, 2.0)[:, None]
         radius = np.sqrt(np.max([((p - middle) ** 2).sum(axis=1) for p in (0.0, self.u, self.v, far)], axis=0))
         centre = (self.origin + middle).T
-        wider = SINGLE * np.abs(centre).max(initial=0.0)
-        return np.ascontiguousarray(centre, np.float32), (radius * (1 + SINGLE) + wider).astype(np.float32)
+        wider = WIDER_SINGLE * np.abs(centre).max(initial=0.0)
+        return np.ascontiguousarray(centre, np.float32), (radius * (1 + WIDER_SINGLE) + wider).astype(np.float32)
 
     @cached_property
     def near_flats(self):

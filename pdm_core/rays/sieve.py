@@ -3,7 +3,7 @@ whether a rectangle of it is empty."""
 
 import numpy as np
 
-from .facets import SINGLE
+from .facets import WIDER_SINGLE
 
 MANY, RARE = 8192, 8  # facets from which on, and for each place, they are sifted before they are projected
 PICTURE = 512  # cells of the picture along each axis
@@ -43,7 +43,7 @@ def over_from(facets, plane, point, some, x, y):
     """(k,) Those of the facets `some` (m,), seen from a point (3,) m through a plane (3, 3), that may be before places
     x, y (n,)."""
     centre, radius = (a.take(some, axis=-1) for a in facets.spheres)
-    radius = radius + np.float32(SINGLE * np.abs(point).max())
+    radius = radius + np.float32(WIDER_SINGLE * np.abs(point).max())
     middle = plane.astype(np.float32) @ centre - (plane @ point).astype(np.float32)[:, None]
     near, far = middle[2] - radius, middle[2] + radius
     ahead = near > 1e-3 * far

@@ -87,10 +87,12 @@ class PartedCells:
             self._take_nearest(leaf, at, part[total[:, 0] <= 0])
         return leaf, weight
 
-    def _apart(self, leaf, at):
-        """(h, k) Whether what stands on any of the leaves (h, k) parts places (h, 2) from the middle of each."""
-        which, segment = self.lists.of(leaf.ravel())
-        hit = which // leaf.shape[1]
+    def _apart(self, leaf, at, on=None):
+        """(h, k) Whether what stands on any of leaves on (h, j), of the leaves (h, k) if none are given, parts places
+        (h, 2) from the middle of each of these."""
+        on = leaf if on is None else on
+        which, segment = self.lists.of(on.ravel())
+        hit = which // on.shape[1]
         rows, columns = np.nonzero(self.standing.part(segment, at[hit][:, None], self.centre[leaf[hit]]))
         out = np.zeros(leaf.shape, bool)
         out[hit[rows], columns] = True
@@ -118,18 +120,9 @@ class PartedCells:
             some = np.flatnonzero(self.touched | self.touched[beside].any(axis=1))
             for part in parts(some, AT_ONCE):
                 two = beside[part][:, np.abs(NEXT_TO) == 1]
-                apart = self._apart(two, self.centre[part]) | self._apart_here(part, two)
+                apart = self._apart(two, self.centre[part], np.column_stack([part, two]))
                 there = value[np.where(apart, part[:, None], two)]
                 out[part, axis] = NEXT * np.linalg.norm(there.sum(axis=1) - 2 * value[part], axis=1) / 2
-        return out
-
-    def _apart_here(self, own, others):
-        """(h, k) Whether what stands on leaves own (h,) parts their middles from those of others (h, k)."""
-        which, segment = self.lists.of(own)
-        found = self.standing.part(segment, self.centre[own[which]][:, None], self.centre[others[which]])
-        out = np.zeros(others.shape, bool)
-        rows, columns = np.nonzero(found)
-        out[which[rows], columns] = True
         return out
 
     def sides(self, leaf, at):

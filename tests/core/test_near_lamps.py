@@ -2,18 +2,20 @@
 
 import sys
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pdm_core import Mesh, Plane, Scene, Sphere, Surface
+from pdm_core import Mesh, Plane, Scene, Sphere, Surface, solve
 from pdm_core.rays.direct import Shares
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.placed import Placed
 from pdm_core.rays.solution import ray_steps
 from pdm_core.rays.sources import met_by_rays, sources_of
 from pdm_core.rays.tally import unseen
+from pdm_core.read_off import spread_points
 from pdm_core.signs_of_life import finish
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stability"))
@@ -92,3 +94,23 @@ def _box(corner, size):
     o, (x, y, z) = np.array(corner, float), np.diag(size).astype(float)
     edges = [(o, x, y), (o + z, y, x), (o, y, z), (o + x, z, y), (o, z, x), (o + y, x, z)]
     return [Plane(*edge) for edge in edges]
+
+
+def test_beside_a_lamp_as_large_as_a_wall_the_target_is_met():
+    """One of its points a hand's breadth away counted for all of it there, however many there were."""
+    a, corners = 3.0, [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    walls = [Plane((-a, -a, -a), (6, 0, 0), (0, 6, 0))]
+    walls += [
+        Plane((a * x, a * y, -a), (a * (z - x), a * (w - y), 0), (0, 0, 6))
+        for (x, y), (z, w) in pairwise([*corners, corners[0]])
+    ]
+    surfaces = [Surface(wall, 0.5, side=side) for wall in walls for side in ("front", "back")]
+    surfaces += [Surface(Plane((-a, -a, a), (0, 6, 0), (6, 0, 0)), 0.5, 1.0), Surface(Sphere.at((0, 0, 0), 1), 0.8)]
+    scene = Scene(surfaces)
+    solution, exact = finish(ray_steps(scene, 0.01, None, "asked for")), solve(scene, 0.002)
+    assert solution.error <= 0.01
+    rng = np.random.default_rng(3)
+    surface = rng.choice(len(scene), 2000, p=scene.areas / scene.areas.sum())
+    points = spread_points(scene, surface, rng)
+    found, known = (scene.reflectance[surface] * s.incident(surface, points) for s in (solution, exact))
+    assert np.linalg.norm(found - known) <= solution.error * np.linalg.norm(known)
