@@ -37,15 +37,15 @@ class Verdict:
         return self.refused or self.measured <= self.stated + NOISE * self.noise + ROUNDING
 
 
-def judge(kind, seed, target=0.02, limit=20.0, variant=None):
-    """variant: what is made of the scene for rays; None: by links, if they are chosen."""
+def judge(kind, seed, target=0.02, limit=20.0, variant=None, solver=solve):
+    """variant: what is made of the scene for rays; None: solver(scene, target, limit), by default what is chosen."""
     rng = np.random.default_rng([seed, sum(kind.__name__.encode())])
     name = f"{kind.__name__} {variant.__name__}" if variant else kind.__name__
     start = time.process_time()
     try:
         extreme, given, how = kind(rng)
         scene = variant(given) if variant else given
-        solution = solve_by_rays(scene, target, limit) if variant else solve(scene, target, time_limit=limit)
+        solution = (solve_by_rays if variant else solver)(scene, target, limit)
     except SceneError as error:
         return Verdict(name, "", np.nan, np.nan, 0.0, time.process_time() - start, str(error))
     seconds = time.process_time() - start

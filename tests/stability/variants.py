@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pdm_core import Mesh, Plane, Polygon, Scene, Sphere
+from pdm_core.links.approach import link_steps
 from pdm_core.rays.solution import ray_steps
 from pdm_core.signs_of_life import finish
 
@@ -18,6 +19,11 @@ TURNS, RINGS = 24, 12  # of a ball's
 def solve_by_rays(scene, target, limit):
     """As pdm_core.solve where rays are chosen, whatever the scene holds."""
     return finish(ray_steps(scene, target, limit, "forced"))
+
+
+def solve_by_links(scene, target, limit):
+    """As pdm_core.solve where links are chosen, whatever they cost."""
+    return finish(link_steps(scene, target, limit))
 
 
 def as_it_is(scene):
