@@ -6,7 +6,7 @@ more and more of them, until what is unsure is below the tolerance.
 
 import numpy as np
 
-from ..at_once import CACHED, slices
+from ..at_once import AT_ONCE, CACHED, slices
 from ..closed_forms import kernel
 from ..shapes.shape import unit
 from ..tolerances import FAINT, TINY
@@ -23,7 +23,7 @@ READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and a
 # sees part of it is .1 % of its light
 COMPARED = 16, 64
 SCATTERED = 2, 64  # points of a source for each of many receivers in turn, of so many in all
-GOLDEN = (5**0.5 - 1) / 2
+GOLDEN, SILVER = (5**0.5 - 1) / 2, 2**0.5 - 1  # steps of what is spread evenly, by the one whatever the other
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 TURNS = 4  # sets of points that these places see in turn: by one set all nodes would be wrong alike
@@ -112,29 +112,45 @@ class Shares:
         return factor
 
     def _scattered_share(self, source, receivers):
-        """Shares seen (n, 3) by SCATTERED points in turn for each, by the next ones where none of these shines there,
-        as those of a ball's other side; yields."""
+        """Shares seen (n, 3) by SCATTERED points in turn for each, where none of these shines there by as many of those
+        that do; yields."""
         few, most = SCATTERED  # of many sources fewer points each are as many in all; a few of a ball shine anywhere
         place, normal, weight = source.samples(max(most * MANY // max(len(self.sources), MANY), FACTOR * few))
-        tint, n, few, begun = source.tint(place), len(receivers), min(few, len(place)), 0
-        seen, total = np.zeros((n, 3)), np.zeros(n)
-        rest = np.arange(n)
-        while len(rest) and begun < len(place):
-            at = rest[:, None] + begun + np.arange(few)
-            point = (at * GOLDEN % 1 * len(place)).astype(int).ravel()  # whatever their order, they are spread over all
-            for some in batches(len(place), len(point) // len(place), self.facets):
-                pairs = np.flatnonzero((point >= some[0]) & (point <= some[-1]))
-                pairs = pairs[np.argsort(point[pairs], kind="stable")]
-                whose, which = rest[pairs // few], point[pairs]
-                value = self._of_each(source, place, normal, receivers.take(whose), which) * weight[which]
-                got = value * self._visible(source, place[some], receivers, which - some[0], whose)
-                self.counts["shadow rays"] += len(pairs)
-                for c in range(3):
-                    seen[:, c] += np.bincount(whose, got if tint is None else got * tint[which, c], n)
-                total += np.bincount(whose, value, n)
-                yield
-            rest, begun, few = rest[total[rest] <= 0], begun + few, 2 * few
+        n, few, order = len(receivers), min(few, len(place)), np.arange(len(receivers))
+        # whatever their order, they are spread over all
+        point = ((order[:, None] + np.arange(few)) * GOLDEN % 1 * len(place)).astype(int)
+        sorted_ = np.argsort(point, axis=None, kind="stable")
+        whose, which = sorted_ // few, point.ravel()[sorted_]
+        value = np.empty((n, few))
+        value.flat[sorted_] = self._of_each(source, place, normal, receivers.take(whose), which) * weight[which]
+        yield
+        dark = np.flatnonzero(value.sum(axis=1) <= 0)
+        point[dark], value[dark] = yield from self._shining(source, (place, normal, weight), receivers, dark, few)
+        sorted_ = np.argsort(np.where(value > 0, point, len(place)), axis=None, kind="stable")[: (value > 0).sum()]
+        got, which = np.zeros(n * few), point.ravel()[sorted_]
+        for some in batches(len(place), len(sorted_) // len(place), self.facets):
+            pairs = sorted_[slice(*np.searchsorted(which, [some[0], some[-1] + 1]))]
+            seen = self._visible(source, place[some], receivers, point.flat[pairs] - some[0], pairs // few)
+            got[pairs] = value.flat[pairs] * seen
+            self.counts["shadow rays"] += len(pairs)
+            yield
+        total, tint = value.sum(axis=1), source.tint(place)
+        seen = np.einsum("nk,nkc->nc", got.reshape(n, few), np.ones((1, 1, 3)) if tint is None else tint[point])
         return np.where(total[:, None] > 0, seen / np.maximum(total, 1e-300)[:, None], 1.0)
+
+    def _shining(self, source, samples, receivers, some, few):
+        """Of all samples those (k, few) of which receivers some (k,) get anything, as likely as they give much of it,
+        and what each counts (k, few), 0 where they get nothing of any; yields."""
+        place, normal, weight = samples
+        point, value = np.zeros((len(some), few), int), np.zeros((len(some), few))
+        for part in slices(len(some), AT_ONCE // len(place)):
+            mine = some[part]
+            up_to = np.cumsum(self._values(source, place, normal, receivers.take(mine)).T * weight, axis=1)
+            at = (mine[:, None] * SILVER + np.arange(few) / few) % 1 * up_to[:, -1:]
+            point[part] = (up_to[:, None] <= at[:, :, None]).sum(axis=2)
+            value[part] = up_to[:, -1:] > 0
+            yield
+        return np.minimum(point, len(place) - 1), value
 
     def _unoccluded(self, source, receivers):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))

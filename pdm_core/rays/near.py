@@ -92,12 +92,14 @@ class NearHits:
     def _near(self, rays, receivers):
         """The near _Hits of a Bundle of receivers, each for its own receiver, of weight 1; their numbers are rays'."""
         # a cell's unevenness is also beside it, as far as is interpolated
-        reach = np.where(rays.basis > 0, self.reach[rays.node], 0.0).max(axis=1, initial=1e-300)
-        place = places_of(self.state.facets, rays.facet, rays.at)
-        far = np.linalg.norm(place - receivers.points[rays.who], axis=1) / reach
-        near = np.flatnonzero(far < 1)
+        reach = np.where(rays.basis > 0, self.reach[rays.node], 0.0).max(axis=1, initial=0.0)
+        near = np.flatnonzero(reach > 0)
+        place = places_of(self.state.facets, rays.facet[near], rays.at[near])
+        far = np.linalg.norm(place - receivers.points[rays.who[near]], axis=1) / reach[near]
+        some = np.flatnonzero(far < 1)
+        near, far, place = near[some], far[some], place[some]
         told = (getattr(rays, name)[near] for name in ("facet", "front", "node", "basis"))
-        return _Hits(rays.who[near], np.ones((len(near), 3)), rays.ray[near], far[near], place[near], *told)
+        return _Hits(rays.who[near], np.ones((len(near), 3)), rays.ray[near], far, place, *told)
 
     def _nearest(self):
         """The nearest of all that were found, in the order in which they were."""
