@@ -35,32 +35,12 @@ def polygon_unoccluded(points, normals, corners):
     Horizon-clipped and seen from either side (who faces whom is the caller's knowledge). Absolute error
     about 1e-15. A point on an edge itself has no limit: move it off.
     """
-    x, n = np.ascontiguousarray(points.T), np.ascontiguousarray(normals.T)
-    c = np.ascontiguousarray(np.transpose(corners, (2, 1, 0)))
-    m = x.shape[1]
-    out = np.empty(m)
-    for part in slices(m, CACHED):
-        out[part] = _polygon_chunk(x[:, part], n[:, part], c[:, :, part])
+    x, n = (np.ascontiguousarray(a.T)[:, None] for a in (points, normals))
+    c, following = np.ascontiguousarray(np.transpose(corners, (2, 1, 0))), np.r_[1 : corners.shape[1], 0]
+    out = np.empty(len(points))
+    for part in slices(len(points), CACHED):
+        out[part] = _contour(n[..., part], c[..., part] - x[..., part], following)
     return out
-
-
-def _polygon_chunk(x, n, corners):
-    p = corners - x[:, None]
-    q = np.roll(p, -1, axis=1)
-    height = dot(n[:, None], p)
-    cut = (height < 0).any(axis=0)
-    if not cut.any():
-        return np.abs(edge_sum(n, p, q)) / (2 * np.pi)
-    total = np.zeros(x.shape[1])
-    whole = np.flatnonzero(~cut)
-    total[whole] = edge_sum(n.take(whole, axis=1), p.take(whole, axis=2), q.take(whole, axis=2))
-    cut = np.flatnonzero(cut & (height > 0).any(axis=0))  # the rest lies below the horizon: 0
-    n, p, q, height = n.take(cut, axis=1), p.take(cut, axis=2), q.take(cut, axis=2), height.take(cut, axis=1)
-    start, end, leave, enter = clip_edges(p, q, height, np.roll(height, -1, axis=0))
-    # the horizon arc that closes the loop turns about n itself: its contribution is the signed angle
-    arc = np.arctan2(dot(n, cross(leave, enter)), dot(leave, enter))
-    total[cut] = edge_sum(n, start, end) + arc
-    return np.abs(total) / (2 * np.pi)
 
 
 def loops_unoccluded(points, normals, loops):
@@ -85,7 +65,9 @@ def _contour(n, p, following):
     height = dot(n, p)
     low, high = height.min(axis=0), height.max(axis=0)
     total, whole, cut = np.zeros(len(low)), np.flatnonzero(low >= 0), np.flatnonzero((low < 0) & (high > 0))
-    if len(whole):
+    if len(whole) == len(low):
+        total = edge_sum(n[:, 0], p, p[:, following])
+    elif len(whole):
         up = p.take(whole, axis=2)
         total[whole] = edge_sum(n[:, 0].take(whole, axis=1), up, up[:, following])
     if len(cut):

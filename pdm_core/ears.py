@@ -6,7 +6,7 @@ are put into them, then the best-shaped ear is cut off until nothing is left. Co
 
 import numpy as np
 
-from .at_once import AT_ONCE
+from .at_once import AT_ONCE, parts, slices
 from .tolerances import TINY, TOUCHING
 
 SPIKE = 2.0  # the quality, above any ear's, of what goes there and back
@@ -47,14 +47,13 @@ def _with_touching(points, ring):
     d = q - p
     length = np.maximum(np.hypot(*d.T), 1e-300)
     edges, vertices, places = [], [], []
-    for start in range(0, len(ring), step := max(1, AT_ONCE // len(points))):
-        part = slice(start, start + step)
+    for part in slices(len(ring), AT_ONCE // len(points)):
         offset = points - p[part, None]
         along = (offset * d[part, None]).sum(axis=2) / length[part, None]
         beside = np.abs(d[part, :1] * offset[..., 1] - d[part, 1:] * offset[..., 0]) / length[part, None]
         on = (beside < TOUCHING) & (along > TOUCHING) & (along < length[part, None] - TOUCHING)
         edge, vertex = np.nonzero(on)
-        edges.append(edge + start), vertices.append(vertex), places.append(along[edge, vertex])
+        edges.append(edge + part.start), vertices.append(vertex), places.append(along[edge, vertex])
     edge, vertex, place = (np.concatenate(a) for a in (edges, vertices, places))
     order = np.lexsort((place, edge))
     return np.insert(ring, edge[order] + 1, vertex[order])
@@ -119,8 +118,7 @@ class _Clipper:
 
     def _qualities(self, nodes):
         """Of nodes (k,): area over squared longest side of the triangle cut off there, 0 where it is no ear."""
-        step = max(1, AT_ONCE // len(self.vertex))
-        return np.concatenate([self._ears(nodes[k : k + step]) for k in range(0, len(nodes), step)])
+        return np.concatenate([self._ears(some) for some in parts(nodes, AT_ONCE // len(self.vertex))])
 
     def _ears(self, nodes):
         corners = self.before[nodes], nodes, self.after[nodes]

@@ -6,7 +6,7 @@ boxes further than that are dropped.
 
 import numpy as np
 
-from .at_once import AT_ONCE, CACHED
+from .at_once import AT_ONCE, CACHED, parts
 from .closed_forms import cross, divide, dot
 from .tolerances import TINY
 
@@ -40,8 +40,7 @@ class NearestTriangle:
     def find(self, points):
         """points (n, 3) m -> nearest triangle (n,), barycentric coordinates (n, 3) of the nearest point on it."""
         triangle, weights = np.empty(len(points), int), np.empty((len(points), 3))
-        along = np.argsort(self._code(points), kind="stable")
-        left = [along[k : k + CACHED] for k in range(0, len(along), CACHED)]
+        left = parts(np.argsort(self._code(points), kind="stable"), CACHED)
         while left:
             part = left.pop()
             x = np.ascontiguousarray(points[part].T)

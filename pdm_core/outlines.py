@@ -5,7 +5,7 @@ Edges are p -> q, (k, 2) each, of all loops together.
 
 import numpy as np
 
-from .at_once import AT_ONCE
+from .at_once import AT_ONCE, slices
 
 
 def edges_of(loops):
@@ -36,17 +36,12 @@ def moments(loops):
     return float(area), middle + centroid, sum(sums) / (12 * area) - np.outer(centroid, centroid)
 
 
-def _chunks(count, width):
-    step = max(1, AT_ONCE // max(width, 1))
-    return [slice(k, k + step) for k in range(0, count, step)]
-
-
 def enclosed(points, loops):
     """Whether points (n, 2) are within an odd number of loops -> (n,)"""
     (px, py), (qx, qy) = (a.T for a in edges_of(loops))
     slope = (qx - px) / np.where(qy == py, 1.0, qy - py)
     out = np.empty(len(points), bool)
-    for part in _chunks(len(points), len(px)):
+    for part in slices(len(points), AT_ONCE // len(px)):
         x, y = points[part].T[..., None]
         crossed = ((py <= y) != (qy <= y)) & (x < px + (y - py) * slope)
         out[part] = crossed.sum(axis=1) % 2 == 1
@@ -59,7 +54,7 @@ def nearest_on_edges(points, loops):
     d = q - p
     square = np.maximum((d * d).sum(axis=1), 1e-300)
     out = np.empty((len(points), 2))
-    for part in _chunks(len(points), len(p)):
+    for part in slices(len(points), AT_ONCE // len(p)):
         offset = points[part, None] - p
         t = np.clip((offset * d).sum(axis=2) / square, 0.0, 1.0)
         step = offset - t[..., None] * d
@@ -72,7 +67,7 @@ def crossing(loops, margin):
     """Two edges (indices) that cross each other by more than margin, or None."""
     p, q = edges_of(loops)
     low, high = np.minimum(p, q), np.maximum(p, q)
-    for part in _chunks(len(p), len(p)):
+    for part in slices(len(p), AT_ONCE // len(p)):
         near = (low[part, None] <= high).all(axis=2) & (high[part, None] >= low).all(axis=2)
         i, j = np.nonzero(near)
         i = i + part.start

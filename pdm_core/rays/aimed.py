@@ -95,8 +95,7 @@ class Spot(Source):
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi of all its points, the nearest as discs of their area."""
         out, points = np.zeros(len(points)), points - self.centre
-        step = max(1, AT_ONCE // len(self.area))
-        for part in slices(len(points), step):
+        for part in slices(len(points), AT_ONCE // len(self.area)):
             d = self.place - points[part, None]
             square = np.einsum("npi,npi->np", d, d)
             cosines = np.maximum(np.einsum("npi,ni->np", d, normals[part]), 0.0)
@@ -150,9 +149,9 @@ def on_facets(facets, some, apex, rays):
     height = np.einsum("fi,fi->f", o - apex, n)
     across = np.cross(u, v)
     across /= np.maximum(np.einsum("fi,fi->f", across, across), 1e-300)[:, None]
-    parts, step = [], max(1, AT_ONCE // max(len(some), 1))
-    for start in range(0, len(rays), step):
-        d = rays[start : start + step]
+    parts = []
+    for part in slices(len(rays), AT_ONCE // max(len(some), 1)):
+        d = rays[part]
         cosine = d @ n.T
         length = height / np.where(np.abs(cosine) > FAINT, cosine, np.inf)
         r, k = np.nonzero(length > 0)
@@ -164,7 +163,7 @@ def on_facets(facets, some, apex, rays):
         inside = (s >= 0) & (t >= 0) & (np.where(facets.triangle[some[k]], s + t, np.maximum(s, t)) <= 1)
         r, k, far, place, s, t = (a[inside] for a in (r, k, far, place, s, t))
         cosine = cosine[r, k]
-        parts.append((start + r, some[k], cosine < 0, place, far**2 / np.abs(cosine)))
+        parts.append((part.start + r, some[k], cosine < 0, place, far**2 / np.abs(cosine)))
     return [np.concatenate(part) for part in zip(*parts)]
 
 

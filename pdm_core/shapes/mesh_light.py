@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..at_once import AT_ONCE, entries_of, runs
+from ..at_once import AT_ONCE, entries_of, runs, slices
 from ..closed_forms import kernel
 from ..contour import polygon_unoccluded
 
@@ -27,32 +27,30 @@ class MeshLight:
         if len(self.seen) > TRIANGLES:
             return self._of_clusters(points, normals)
         corners, n, out = self.corners[self.seen], self.normals[self.seen], np.zeros(len(points))
-        step = max(1, AT_ONCE // max(len(corners), 1))
-        for start in range(0, len(points), step):
-            x, m = points[start : start + step], normals[start : start + step]
+        for part in slices(len(points), AT_ONCE // max(len(corners), 1)):
+            x, m = points[part], normals[part]
             ahead = np.einsum("pti,ti->pt", x[:, None] - corners[:, 0], n) > 0
             r, k = np.nonzero(ahead)
             factor = polygon_unoccluded(x[r], m[r], corners[k])
-            out[start : start + step] = np.bincount(r, factor, len(x))
+            out[part] = np.bincount(r, factor, len(x))
         return out
 
     def _of_clusters(self, points, normals):
         """From afar a cluster of triangles is one point; those of near ones are summed each."""
         clusters, corners, n, out = self.clusters, self.corners, self.normals, np.zeros(len(points))
-        step = max(1, AT_ONCE // len(clusters.area))
-        for start in range(0, len(points), step):
-            x, m = points[start : start + step], normals[start : start + step]
+        for part in slices(len(points), AT_ONCE // len(clusters.area)):
+            x, m = points[part], normals[part]
             k = kernel(clusters.place, clusters.normal, x, m)
             offset = x[:, None] - clusters.place
             near = np.einsum("pci,pci->pc", offset, offset) < (AFAR * clusters.radius) ** 2
-            out[start : start + step] = np.where(near, 0.0, k) @ clusters.area / np.pi
+            out[part] = np.where(near, 0.0, k) @ clusters.area / np.pi
             r, c = np.nonzero(near)
             if not len(r):
                 continue
             count = clusters.count[c]
             for some in runs(count):
                 which, entry = entries_of((clusters.first, clusters.count), c[some])
-                who, t = start + r[some][which], clusters.order[entry]
+                who, t = part.start + r[some][which], clusters.order[entry]
                 ahead = np.flatnonzero(np.einsum("pi,pi->p", points[who] - corners[t, 0], n[t]) > 0)
                 who, t = who[ahead], t[ahead]
                 out += np.bincount(who, polygon_unoccluded(points[who], normals[who], corners[t]), len(points))

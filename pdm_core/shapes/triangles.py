@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..at_once import AT_ONCE
+from ..at_once import AT_ONCE, slices
 from .shape import square_lattice
 
 INNER = 2e-3  # least barycentric coordinate of points on triangles that receive light
@@ -38,9 +38,8 @@ def into_triangles(at, corners):
     det = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     det = np.where(det == 0, np.inf, det)
     out = np.empty_like(at)
-    step = max(1, AT_ONCE // len(a))
-    for start in range(0, len(at), step):
-        d = at[start : start + step, None] - a
+    for part in slices(len(at), AT_ONCE // len(a)):
+        d = at[part, None] - a
         s = (d[..., 0] * v[:, 1] - d[..., 1] * v[:, 0]) / det
         t = (u[:, 0] * d[..., 1] - u[:, 1] * d[..., 0]) / det
         bary = np.stack([1 - s - t, s, t], axis=-1)
@@ -48,7 +47,7 @@ def into_triangles(at, corners):
         point, k = np.nonzero(least >= least.max(axis=1, keepdims=True) - MEET)
         place = np.einsum("nk,nki->ni", inner(bary[point, k]), corners[k])
         count = np.bincount(point, minlength=len(least))
-        out[start : start + step] = np.stack([np.bincount(point, c, len(least)) / count for c in place.T], axis=1)
+        out[part] = np.stack([np.bincount(point, c, len(least)) / count for c in place.T], axis=1)
     return out
 
 
