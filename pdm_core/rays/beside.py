@@ -2,9 +2,6 @@
 
 import numpy as np
 
-from ..at_once import AT_ONCE, entries_of, runs
-from ..boxes import near
-from ..read_off import runs_of
 from ..shapes.shape import PARALLEL
 from ..tolerances import FLUSH, KEPT
 from .feet import Feet
@@ -40,16 +37,7 @@ class Beside:
         self.two_sided = (facets.surface[facets.first[flat]] >= 0).all(axis=1)
         shown = np.where(facets.surface[facets.first[flat], 0] >= 0, 1.0, -1.0)
         self.normal = np.array([s.normal for s in self.shapes]).reshape(-1, 3) * shown[:, None]
-        self.place = np.full(len(scene.shapes), -1)
-        self.place[flat] = np.arange(len(flat))
-        self.planes, self.plane_of = facets.planes, facets.plane_of[flat]
         self.feet = Feet(facets, reach)
-        i, j = near(self.low, self.high, 0.0)
-        apart = np.linalg.norm(np.cross(self.normal[i], self.normal[j]), axis=1) > PARALLEL
-        i, j = np.concatenate([i[apart], j[apart]]), np.concatenate([j[apart], i[apart]])
-        self.other = j[np.lexsort((j, i))]  # neighbours of each flat shape in turn
-        self.count = np.bincount(i, minlength=len(flat) + 1)  # the last of what is not flat: none
-        self.first = np.cumsum(self.count) - self.count
 
     def moved(self, surface, points):
         """points (n, 3) m of surfaces (n,) -> (n, 3): those on which flat shapes or meshes stand just there are moved
@@ -57,43 +45,8 @@ class Beside:
 
         A floor's vertex in the edge of a box is under the box as much as beside it; only the one side is ever seen.
         """
-        out, own = np.array(points, float), self.place[self.scene.shape_of[surface]]
-        on = np.flatnonzero(own >= 0)
-        out[on] += KEPT * self.tolerance * self.feet.away(self.scene.shape_of[surface[on]], out[on] - self.centre)
-        for some in self._chunks(own):
-            point, other = self._neighbours(own, some)
-            there = self._lie_on(out[point], other)
-            point, other = point[there], other[there]
-            mine = self.normal[own[point]]
-            along = self.normal[other] - np.einsum("ni,ni->n", self.normal[other], mine)[:, None] * mine
-            away = np.zeros((len(some), 3))  # the sum of unit directions that lead away
-            np.add.at(away, point - some[0], along / np.linalg.norm(along, axis=1, keepdims=True))
-            out[some] += KEPT * self.tolerance * away
-        return out
-
-    def _chunks(self, own):
-        """Runs (k,) of points, of flat shapes own (n,) or -1, with some 4 AT_ONCE neighbours or of one point."""
-        return [np.arange(len(own))[some] for some in runs(self.count[own], 4 * AT_ONCE)]
-
-    def _neighbours(self, own, some):
-        """Points and the flat shapes near their own, not in one plane with it (k,) each, of points some (m,)."""
-        some = some[own[some] >= 0]
-        which, entry = entries_of((self.first, self.count), own[some])
-        return some[which], self.other[entry]
-
-    def _lie_on(self, points, other):
-        """Indices (k,) of points (n, 3) m that lie on flat shapes (n,)."""
-        some = np.flatnonzero(((points >= self.low[other]) & (points <= self.high[other])).all(axis=1))
-        x, k = points[some], other[some]
-        height = np.einsum("ni,ni->n", x - self.origin[k], self.normal[k])
-        some = some[np.abs(height) <= FLUSH * self.tolerance]
-        x, k = points[some], other[some]
-        on, which = np.empty_like(x), self.plane_of[k]
-        flat, rest = np.flatnonzero(which >= 0), np.flatnonzero(which < 0)
-        on[flat] = self.planes.project(which[flat], x[flat])
-        for number, mine in runs_of(k[rest]):
-            on[rest[mine]] = self.shapes[number].project(x[rest[mine]])
-        return some[np.linalg.norm(x - on, axis=1) <= FLUSH * self.tolerance]
+        points, shape = np.array(points, float), self.scene.shape_of[surface]
+        return points + KEPT * self.tolerance * self.feet.away(shape, points - self.centre)
 
     def lifted(self, receivers):
         """Receivers, those on meshes moved: none is lifted through a flat shape that its mesh stands on or against.

@@ -1,57 +1,72 @@
-"""Feet of meshes on flat shapes: which way points that lie just there are beside them, not under them."""
+"""Feet of shapes on flat ones: which way points that lie just there are beside them, not under them."""
 
 import numpy as np
 
-from ..closed_forms import across
-from ..read_off import runs_of
-from ..shapes.shape import PARALLEL
+from ..names import names_of
+from ..shapes.shape import PARALLEL, frames
 from ..shapes.triangles import barycentric
 from .grid import pairs_of
 
+ROOM = 4.0  # times the scene's radius: how far apart the planes of flat shapes are laid out beside each other
+
 
 class Feet:
-    """Of Facets: facet (k,), those of meshes that meet flat shapes shape (k,), within reach m."""
+    """Of Facets, where their shapes are given, not parted into layers: flat shapes (k,), and a facet (k,) each of
+    another that meets them within reach m; along (k, 3): the unit direction in their planes that leads to its front."""
 
     def __init__(self, facets, reach):
         self.facets, self.reach = facets, reach
+        self.origin = facets.origin - facets.moved[facets.shape[: facets.count], None] * facets.normal
         found = [np.zeros((2, 0), int)]
         for own, facet in facets.near_flats:
-            meshes = facets.own[facets.shape[facet]] < 0
-            own, facet = own[meshes], facet[meshes]
             plane = facets.first[own]
-            height = np.einsum("nci,ni->nc", self._corners(facet) - facets.origin[plane, None], facets.normal[plane])
-            height += facets.moved[own, None]  # points lie where their shapes are given
-            flat = np.linalg.norm(np.cross(facets.normal[facet], facets.normal[plane]), axis=1) <= PARALLEL
-            meets = (height.min(axis=1) <= reach) & (height.max(axis=1) >= -reach) & ~flat
+            height = self._corners(facet) - self.origin[plane, None]
+            height = np.einsum("nci,ni->nc", height, facets.normal[plane])
+            across = np.linalg.norm(np.cross(facets.normal[facet], facets.normal[plane]), axis=1) > PARALLEL
+            meets = (height.min(axis=1) <= reach) & (height.max(axis=1) >= -reach) & across
             found.append(np.stack([own[meets], facet[meets]]))
-        self.shape, self.facet = np.unique(np.concatenate(found, axis=1), axis=1)
+        self.flat, self.facet = np.concatenate(found, axis=1)
+        some, self.place = np.unique(self.flat), np.full(len(facets.first), -1)
+        self.place[some] = np.arange(len(some))
+        self.room = ROOM * np.linalg.norm(facets.boxes, axis=1).max(initial=0.0)
+        rounded = reach + 2.0**-50 * self.room * len(some)
+        corners = self._laid_out(self.flat[:, None], self._corners(self.facet))
+        self.low, self.high = corners.min(axis=2) - rounded, corners.max(axis=2) + rounded
+        shown = np.where(facets.surface[self.facet, 0] >= 0, 1.0, -1.0)[:, None] * facets.normal[self.facet]
+        normal = facets.normal[facets.first[self.flat]]
+        self.along = shown - np.einsum("ki,ki->k", shown, normal)[:, None] * normal
+        self.along /= np.linalg.norm(self.along, axis=1, keepdims=True)
+        # a wall's triangles lead the same way, and count once
+        self.way = np.unique(names_of(np.rint(self.along / PARALLEL)), return_inverse=True)[1]
 
     def _corners(self, facet):
-        o, u, v = (array[facet] for array in (self.facets.origin, self.facets.u, self.facets.v))
-        return np.stack([o, o + u, o + v], axis=1)
+        """(k, 4, 3) m; of triangles one is there twice."""
+        o, u, v = (array[facet] for array in (self.origin, self.facets.u, self.facets.v))
+        return np.stack([o, o + u, o + v, o + u + np.where(self.facets.triangle[facet, None], 0.0, v)], axis=1)
+
+    def _laid_out(self, flat, points):
+        """x, y (2, ...) m of points (..., 3) m in the planes of flat shapes (...), side by side."""
+        facets = self.facets
+        axes = frames(facets.normal[facets.first[flat.ravel()]]).reshape(*flat.shape, 3, 3)
+        x, y, _ = np.moveaxis(np.einsum("...ai,...i->...a", axes, points), -1, 0)
+        return np.stack([x + self.room * self.place[flat], y])
 
     def away(self, shape, points):
-        """points (n, 3) m about the facets' centre, of flat shapes (n,) -> (n, 3): the sums of the unit directions in
-        their planes that lead to the fronts of what meets them there."""
-        out = np.zeros(points.shape)
-        some = np.flatnonzero(np.isin(shape, self.shape))
-        for k, mine in runs_of(shape[some]):
-            mine = some[mine]
-            facet = self.facet[np.searchsorted(self.shape, k) : np.searchsorted(self.shape, k, side="right")]
-            normal, corners = self.facets.normal[self.facets.first[k]], self._corners(facet)
-            e = across(normal[:, None])[:, 0]
-            axes = np.stack([e, np.cross(normal, e)])
-            at, flat = points[mine] @ axes.T, corners @ axes.T
-            along = self.facets.normal[facet] @ axes.T
-            along /= np.linalg.norm(along, axis=1, keepdims=True)
-            low, high = flat.min(axis=1).T - self.reach, flat.max(axis=1).T + self.reach
-            for point, which in pairs_of(*at.T, low, high):
-                on = self._lie_on(points[mine[point]], corners[which])
-                np.add.at(out, mine[point[on]], along[which[on]] @ axes)
+        """points (n, 3) m about the facets' centre, of shapes (n,) -> (n, 3): of those of flat ones the sums of the
+        directions along, of what meets these there."""
+        out, some = np.zeros(points.shape), np.flatnonzero(self.place[shape] >= 0)
+        for point, which in pairs_of(*self._laid_out(shape[some], points[some]), self.low, self.high):
+            point = some[point]
+            on = (self.flat[which] == shape[point]) & self._lie_on(points[point], self.facet[which])
+            point, which = point[on], which[on]
+            once = np.unique(point * len(self.way) + self.way[which], return_index=True)[1]
+            np.add.at(out, point[once], self.along[which[once]])
         return out
 
-    def _lie_on(self, points, corners):
-        """(n,) Whether points (n, 3) m lie on triangles of corners (n, 3, 3)."""
-        inner = np.maximum(barycentric(points, corners), 0.0)
-        nearest = np.einsum("nk,nki->ni", inner / inner.sum(axis=1, keepdims=True), corners)
+    def _lie_on(self, points, facet):
+        """(n,) Whether points (n, 3) m lie on facets (n,)."""
+        corners = self._corners(facet)[:, :3]
+        at = np.clip(barycentric(points, corners)[:, 1:], 0.0, 1.0)
+        at /= np.where(self.facets.triangle[facet], np.maximum(at.sum(axis=1), 1.0), 1.0)[:, None]
+        nearest = corners[:, 0] + np.einsum("nk,nki->ni", at, corners[:, 1:] - corners[:, :1])
         return np.linalg.norm(points - nearest, axis=1) <= self.reach

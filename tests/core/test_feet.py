@@ -6,6 +6,9 @@ from test_rays import both, box, by_rays
 
 from pdm_core import Mesh, Plane, Polygon, Scene, SunLight, Surface
 from pdm_core.contour import polygon_unoccluded
+from pdm_core.rays.beside import beside
+from pdm_core.rays.facets import Facets
+from pdm_core.tolerances import KEPT
 
 RHO, TARGET = 0.8, 0.02
 SUN = SunLight((0, -1, -1), 3.0)
@@ -72,3 +75,15 @@ def test_vertices_of_a_floor_at_the_foot_of_a_mesh_are_beside_it(turn, at):
     feet = np.array([(x, y, 0) for x, y in [(0, 1), (1, 0), (0, -1), (-1, 0), (0.25, 1), (-1, -0.25)]])
     assert np.abs(solution.radiance(0, world(feet)) - 1 / 3).max() < 0.05 / 3
     assert not solution.radiance(0, world(0.99 * feet)).any()
+
+
+def test_a_wall_leads_points_at_its_foot_as_far_whatever_it_is_made_of():
+    """A mesh's two triangles led twice as far at the seam between them."""
+    floor, wall = Plane((-4, -4, 0), (8, 0, 0), (0, 8, 0)), Plane((0, -1, 0), (0, 2, 0), (0, 0, 1))
+    kinds = wall, Polygon(wall.corners), Mesh(wall.corners, [(0, 1, 2, 3)], smooth=False)
+    points = np.column_stack([np.zeros(9), np.linspace(-1, 1, 9), np.zeros(9)])
+    moved = []
+    for kind in kinds:
+        facets = Facets(Scene([Surface(floor, RHO), *both(kind, RHO)]))
+        moved.append((beside(facets).moved(np.zeros(9, int), points) - points) / facets.tolerance)
+    np.testing.assert_allclose(moved, np.tile([KEPT, 0, 0], (3, 9, 1)), atol=1e-6)
