@@ -75,43 +75,23 @@ def disc_unoccluded(points, normals, centre, a, b):
     horizon-clipped; a, b (3,) m are radii of it at a right angle, the points on its side a x b. Absolute error 1e-12.
     """
     n = np.ascontiguousarray(np.asarray(normals, float).T)
-    offset = np.ascontiguousarray((centre - np.asarray(points, float)).T)
-    total = circle_above_horizon(n, offset, np.array([b]).T, np.array([a]).T, 0.0, 2 * np.pi)
-    share = np.mod(total / (2 * np.pi), 1.0)
+    # the outline is k0 + k1 cos f + k2 sin f, above the horizon within `half` of `middle`
+    k0, k1, k2 = np.ascontiguousarray((centre - np.asarray(points, float)).T), b[:, None], a[:, None]
+    height, along, across_ = dot(n, k0), dot(n, k1 + 0 * k0), dot(n, k2 + 0 * k0)
+    half = np.arctan2(np.sqrt(np.maximum(along**2 + across_**2 - height**2, 0.0)), -height)
+    middle = np.arctan2(across_, along)
+    total = _circle_integral(n, k0, k1, k2, middle - half, middle + half)
+    # the way back along the horizon is the angle about n between the ends, up to whole turns
+    e = across(n)
+    f = np.stack([middle - half, middle + half])
+    r = k0[:, None] + k1[:, None] * np.cos(f) + k2[:, None] * np.sin(f)
+    start, end = np.arctan2(dot(cross(n, e)[:, None], r), dot(e[:, None], r))
+    share = np.mod((total + np.where((half > 0) & (half < np.pi), start - end, 0.0)) / (2 * np.pi), 1.0)
     return np.where(share > 1 - 1e-12, 0.0, share)
 
 
-def circle_above_horizon(n, k0, k1, k2, start, end):
-    """n . integral of r x dr / |r|^2 over the part with n . r >= 0 of r = k0 + k1 cos f + k2 sin f, start to end,
-    plus the angle about n from where it goes below the horizon to where it comes up again, up to whole turns."""
-    direction = 1.0 if end > start else -1.0
-    low, high = min(start, end), max(start, end)
-    a0, a1, a2 = dot(n, k0), dot(n, k1), dot(n, k2)
-    reach, middle = np.hypot(a1, a2), np.arctan2(a2, a1)
-    half = np.arctan2(np.sqrt(np.maximum(reach**2 - a0**2, 0.0)), -a0)  # n . r >= 0 within half a turn of middle
-    breaks = [np.full(len(a0), low)]
-    for angle in (middle - half, middle + half):
-        breaks.append(np.clip(low + np.mod(angle - low, 2 * np.pi), low, high))
-    breaks = np.sort(np.stack([*breaks, np.full(len(a0), high)]), axis=0)
-    f0, f1 = breaks[:-1], breaks[1:]
-    height = a0 + a1 * np.cos((f0 + f1) / 2) + a2 * np.sin((f0 + f1) / 2)
-    above = (height >= 0) & (f1 > f0)
-    total = np.where(above, _circle_integral(n, k0, k1, k2, f0, f1), 0.0).sum(axis=0)
-    # a piece above the horizon that begins or ends on it: the angle of that point about n, on coming up and going down
-    e = across(n)
-    g = cross(n, e)
-
-    def turned(f):
-        r = k0[:, None] + k1[:, None] * np.cos(f) + k2[:, None] * np.sin(f)
-        return np.arctan2(dot(g[:, None], r), dot(e[:, None], r))
-
-    rises, sinks = above & (f0 > low), above & (f1 < high)
-    total += np.where(rises, turned(f0), 0.0).sum(axis=0) - np.where(sinks, turned(f1), 0.0).sum(axis=0)
-    return direction * total
-
-
 def _circle_integral(n, k0, k1, k2, f0, f1):
-    """n . integral of r x dr / |r|^2 over r = k0 + k1 cos f + k2 sin f, |k1| = |k2| and square, f0 to f1 (j, m)."""
+    """n . integral of r x dr / |r|^2 over r = k0 + k1 cos f + k2 sin f, |k1| = |k2| and square, f0 to f1 (m,)."""
     p, q, s = dot(n, cross(k1 + 0 * k0, k2 + 0 * k0)), dot(n, cross(k0, k2 + 0 * k0)), -dot(n, cross(k0, k1 + 0 * k0))
     a, b, c = dot(k0, k0) + dot(k1, k1), 2 * dot(k0, k1), 2 * dot(k0, k2)
     d, turn = np.hypot(b, c), np.arctan2(c, b)

@@ -12,7 +12,6 @@ from output import ROOT, machine, save
 sys.path.insert(0, str(ROOT / "tests" / "core"))
 
 from rooms import both_sides, cube_planes  # noqa: E402
-from sphere_patches import sphere_patch_unoccluded  # noqa: E402
 
 from pdm_core import Plane, Polygon, Scene, Sphere, Surface, form_factors, pdm_form_factor  # noqa: E402
 
@@ -153,13 +152,6 @@ def contact():
 def inside():
     f = form_factors(Scene([Surface(Sphere.at((1, 2, 3), 2), side="back")]))
     yield row("inside a sphere", "whole", abs(f.F[0, 0] - 1), f.seconds)
-    out = np.random.default_rng(0).normal(size=(1000, 3))
-    out /= np.linalg.norm(out, axis=1, keepdims=True)
-    start = time.perf_counter()
-    patch = sphere_patch_unoccluded(2 * out, -out, (0, 0, 0), 2.0, (0.5, 0.2), (1.3, 2.9))
-    seconds = time.perf_counter() - start
-    share = (np.cos(0.5) - np.cos(1.3)) * 2.7 / (4 * np.pi)
-    yield row("inside a sphere, a patch", "contour, 1,000 points", float(np.abs(patch / share - 1).max()), seconds)
     ball, dome = Sphere.at((0.2, 0.1, 0), 1), Sphere.at((0, 0, 0), 3)
     f = form_factors(Scene([Surface(ball), Surface(dome, side="back")]), 1e-6)
     yield row("ball in a dome", "rtol 1e-6", worst([(f.F[0, 1], 1), (f.F[1, 0], 1 / 9)]), f.seconds)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pdm_core import AreaLight, Light, Plane, PointLight, Scene, SceneError, SpotLight, SunLight, Surface
+from pdm_core.closed_forms import disc_unoccluded, sphere_unoccluded
 
 MANY = 1 << 17  # samples
 RNG_SEED = 11
@@ -73,6 +74,16 @@ def test_a_disc_that_faces_the_point_is_the_sum_over_it():
         disc = AreaLight((0, 0, 0), u, np.cross(axis, u), 1.0, ellipse=True)
         mean = by_samples(disc, x[None], n[None])[0]
         assert abs(value - radiance * disc.area / np.pi * mean) < 3e-4 * found.max()
+
+
+def test_a_disc_seen_from_its_axis_is_a_ball_that_fills_the_same_cone():
+    normals = places()[1]
+    for height in (1e-6, 0.1, 1.0, 50.0):
+        points = np.tile([0.0, 0.0, height], (len(normals), 1))
+        found = disc_unoccluded(points, normals, np.zeros(3), *np.eye(3)[:2])
+        ball = points - [0.0, 0.0, np.hypot(height, 1)]
+        known = sphere_unoccluded(points, normals, ball, np.ones(len(normals)))
+        np.testing.assert_allclose(found, known, atol=1e-12)
 
 
 @pytest.mark.parametrize("faces", [False, True])
