@@ -426,7 +426,6 @@ SENTENCES = {
     "no indirect light": "sem luz indireta",
     "all that light reaches is black": "tudo a que a luz chega é preto",
     "no background light": "sem luz de fundo",
-    "directions that leave the scene are left out": "direções que saem da cena ficam de fora",
     "directions that leave the scene carry nothing": "direções que saem da cena não trazem nada",
     "pairs of surfaces left out because they face away from each other: {} of {}":
         "pares de superfícies de fora porque estão de costas: {} de {}",

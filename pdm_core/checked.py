@@ -38,6 +38,23 @@ def vector(value, shape, what):
     return out
 
 
+def finite(value, shape, what):
+    """The same, none of them infinite or nan."""
+    out = vector(value, shape, what)
+    if not np.isfinite(out).all():
+        raise SceneError(f"{what} is {out.tolist()}; use finite numbers")
+    return out
+
+
+def direction_of(value, what):
+    """(3,) of length 1."""
+    given = vector(value, (3,), what)
+    most = np.abs(given).max()
+    if not 0 < most < np.inf:
+        raise SceneError(f"{what} is {given.tolist()}; use a finite vector of some length")
+    return given / most / np.linalg.norm(given / most, axis=-1)
+
+
 def number(value, what, advice, above=-np.inf, below=np.inf):
     """A float strictly between two bounds."""
     out = array(value, what)

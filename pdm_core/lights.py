@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from .at_once import CACHED
-from .checked import LEAST, MOST, SceneError, colour, number, vector
+from .checked import LEAST, MOST, SceneError, colour, direction_of, finite, number
 from .closed_forms import disc_unoccluded, sphere_unoccluded
 from .contour import polygon_unoccluded
 from .light_beams import across_cone, beam_unoccluded
@@ -30,21 +30,6 @@ def _label(name):
     return f"Light {name!r}" if name else "A light without a name"
 
 
-def _direction(value, what):
-    """(3,) of length 1."""
-    given = vector(value, (3,), what)
-    if not (np.isfinite(given).all() and np.abs(given).max() > 0):
-        raise SceneError(f"{what} is {given.tolist()}; use a finite vector of some length")
-    return unit(given / np.abs(given).max())
-
-
-def _finite(value, shape, what):
-    out = vector(value, shape, what)
-    if not np.isfinite(out).all():
-        raise SceneError(f"{what} is {out.tolist()}; use finite numbers")
-    return out
-
-
 class PointLight(Light):
     """A point, or with a radius in m a ball that shines evenly; power (3,) W, or one number.
 
@@ -53,7 +38,7 @@ class PointLight(Light):
 
     def __init__(self, position, power, radius=0.0, faces=False, shadows=True, name=""):
         self.name, label = name, _label(name)
-        self.position = _finite(position, (3,), f"{label}: position")
+        self.position = finite(position, (3,), f"{label}: position")
         self.colour = colour(power, f"{label}: power")
         self.radius = max(number(radius, f"{label}: radius", "0 or metres above it", -LEAST, MOST), 0.0)
         self.radius = self.radius if self.radius > LEAST else 0.0
@@ -120,7 +105,7 @@ class SpotLight(PointLight):
     ):
         super().__init__(position, power, radius, faces, shadows, name)
         label = _label(name)
-        self.direction = _direction(direction, f"{label}: direction")
+        self.direction = direction_of(direction, f"{label}: direction")
         self.angle = number(angle, f"{label}: angle", "radians above 0, at most pi", 0, np.pi * (1 + 1e-6))
         self.blend = min(max(number(blend, f"{label}: blend", "0 to 1", -1e-6, 1 + 1e-6), 0.0), 1.0)
         self.to_cone = self._inverse(axes, label)
@@ -129,7 +114,7 @@ class SpotLight(PointLight):
         """(3, 3): world directions to those in which the cone is round about (0, 0, -1)."""
         if axes is None:
             return frames(-self.direction[None])[0]
-        axes = _finite(axes, (3, 3), f"{label}: axes")
+        axes = finite(axes, (3, 3), f"{label}: axes")
         values = np.linalg.svd(axes, compute_uv=False)
         if not values[2] > FLATTEST * values[0]:
             raise SceneError(f"{label}: it is scaled flat; give its axes three directions")
@@ -188,7 +173,7 @@ class SunLight(Light):
 
     def __init__(self, direction, irradiance, angle=0.0, shadows=True, name=""):
         self.name, label = name, _label(name)
-        self.direction = _direction(direction, f"{label}: direction")
+        self.direction = direction_of(direction, f"{label}: direction")
         self.colour = colour(irradiance, f"{label}: irradiance")
         self.angle = max(number(angle, f"{label}: angle", "0 to pi radians", -1e-6, np.pi * (1 + 1e-6)), 0.0)
         self.shadows = bool(shadows)
@@ -220,8 +205,8 @@ class AreaLight(Light):
 
     def __init__(self, centre, u, v, power, ellipse=False, spread=np.pi, shadows=True, name=""):
         self.name, label = name, _label(name)
-        self.centre = _finite(centre, (3,), f"{label}: centre")
-        self.u, self.v = _finite(u, (3,), f"{label}: u"), _finite(v, (3,), f"{label}: v")
+        self.centre = finite(centre, (3,), f"{label}: centre")
+        self.u, self.v = finite(u, (3,), f"{label}: u"), finite(v, (3,), f"{label}: v")
         self.colour = colour(power, f"{label}: power")
         self.ellipse, self.shadows = bool(ellipse), bool(shadows)
         self.spread = number(spread, f"{label}: spread", "radians above 0, at most pi", 0, np.pi * (1 + 1e-6))

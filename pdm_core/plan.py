@@ -39,34 +39,41 @@ def plan(scene, target_error=1e-2, shafts=None):
     if shafts is None and choice.by_rays:
         return plan_by_rays(scene, target, choice.why)
     shafts = Shafts(settle(scene)[0]) if shafts is None else shafts
-    lights = int((scene.emission > 0).any(axis=1).sum())
-    black = int((scene.reflectance == 0).all(axis=1).sum())
-    reached = reached_by_light(scene, shafts)
+    result = _begun(scene, target, f"indirect light by links between cells, {choice.why}")
+    result.reached = reached = reached_by_light(scene, shafts)
     pairs, (apart, free) = len(scene) ** 2, _pairs(len(scene), shafts)
-    result = Plan(reached=reached)
     say = result.lines.append
-    say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
-    say(f"indirect light by links between cells, {choice.why}")
-    if black:
-        say(f"black surfaces, which send nothing on: {black}")
-    if not lights and not scene.lights and not (scene.background > 0).any():
-        say("nothing shines: all is dark, no work")
-    elif not reached.all():
+    if reached.any() and not reached.all():
         say(f"surfaces left out because no light reaches them: {(~reached).sum()}")
     channels = len(proportional_channels(scene)[0])
     if channels < 3:
         say(f"colour channels solved: {channels} of 3, the others are their multiples")
     if not (scene.reflectance[reached] > 0).any():
         say("no indirect light: all that light reaches is black")
-    if not (scene.background > 0).any():
-        say("no background light: directions that leave the scene are left out")
     say(f"pairs of surfaces left out because they face away from each other: {apart} of {pairs}")
     say(f"pairs of surfaces without visibility work because nothing can hide them: {free} of {pairs}")
     say(f"memory for the light between the nodes: at most {MEMORY / 1e6:.0f} MB")
-    result.counts = {
-        "surfaces": len(scene), "lights": lights, "black": black, "dark": int((~reached).sum()),
-        "channels": channels, "pairs": pairs, "apart": apart, "free pairs": free,
-    }  # fmt: skip
+    result.counts |= {"dark": int((~reached).sum()), "channels": channels}
+    result.counts |= {"pairs": pairs, "apart": apart, "free pairs": free}
+    return result
+
+
+def _begun(scene, target, how):
+    """The Plan of any solution, `how` indirect light is worked out, that all surfaces are reached."""
+    lights = int((scene.emission > 0).any(axis=1).sum()) + len(scene.lights)
+    black = int((scene.reflectance == 0).all(axis=1).sum())
+    sky = scene.sky is not None or (scene.background > 0).any()
+    result = Plan(reached=np.ones(len(scene), bool))
+    say = result.lines.append
+    say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
+    say(how)
+    if black:
+        say(f"black surfaces, which send nothing on: {black}")
+    if not lights and not sky:
+        say("nothing shines: all is dark, no work")
+    if not sky:
+        say("no background light: directions that leave the scene carry nothing")
+    result.counts = {"surfaces": len(scene), "lights": lights, "black": black}
     return result
 
 
@@ -84,26 +91,13 @@ def _pairs(count, shafts):
 
 def plan_by_rays(scene, target, why):
     """The Plan of a solution by bundles of rays, chosen for the reason why."""
-    result = Plan(reached=np.ones(len(scene), bool))
-    lights = int((scene.emission > 0).any(axis=1).sum()) + len(scene.lights)
+    result = _begun(scene, target, f"indirect light and the sky by bundles of parallel rays, {why}")
     count = [shape.facet_count for shape in scene.shapes]
-    flat, balls = sum(count), count.count(0)
-    black = int((scene.reflectance == 0).all(axis=1).sum())
-    sky = scene.sky is not None or (scene.background > 0).any()
-    say = result.lines.append
-    say(f"surfaces: {len(scene)} on {len(scene.shapes)} shapes, lights: {lights}, target: {100 * target:g} %")
-    say(f"indirect light and the sky by bundles of parallel rays, {why}")
-    say(f"what rays may meet: {flat} parallelograms and triangles, {balls} balls")
-    if black:
-        say(f"black surfaces, which send nothing on: {black}")
-    if not lights and not sky:
-        say("nothing shines: all is dark, no work")
-    if not sky:
-        say("no background light: directions that leave the scene carry nothing")
-    say(f"memory for the rays between the nodes: at most {RAY_MEMORY / 1e6:.0f} MB")
-    result.counts = {
-        "surfaces": len(scene), "lights": lights, "black": black, "dark": 0, "channels": 3, "facets": flat,
-    }  # fmt: skip
+    result.lines += [
+        f"what rays may meet: {sum(count)} parallelograms and triangles, {count.count(0)} balls",
+        f"memory for the rays between the nodes: at most {RAY_MEMORY / 1e6:.0f} MB",
+    ]
+    result.counts |= {"dark": 0, "channels": 3, "facets": sum(count)}
     return result
 
 

@@ -160,6 +160,18 @@ def _shapes_of(surfaces, rounding):
     return tuple(list(given.values())[k] for k in kept), np.array([order[id(s.shape)] for s in surfaces])
 
 
+def _all_of(given, kind, several):
+    """What was given as a tuple; SceneError where it is not of several of a kind."""
+    try:
+        out = tuple(given)
+    except TypeError:
+        raise SceneError(f"Scene: {given!r} is no list; give one of {several}") from None
+    for one in out:
+        if not isinstance(one, kind):
+            raise SceneError(f"Scene: {one!r} is no {kind.__name__.lower()}; give a list of {several}")
+    return out
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """Surfaces, lights, and the background radiance from outside: (3,), or a function of directions (n, 3) -> (n, 3).
@@ -177,7 +189,8 @@ class Scene:
     shape_of: np.ndarray = field(init=False)  # (n surfaces,) index into shapes
 
     def __post_init__(self):
-        surfaces, lights = self._checked()
+        surfaces = _all_of(self.surfaces, Surface, "Surfaces")
+        lights = _all_of(self.lights, Light, "lights: PointLight, SpotLight, SunLight or AreaLight")
         if not surfaces:
             raise SceneError("The scene has no surfaces; add at least one plane or UV sphere")
         sky = self.background if callable(self.background) else None
@@ -197,24 +210,6 @@ class Scene:
             object.__setattr__(self, name, value)
         if not LEAST < self.size < MOST or not all(LEAST**2 < s.area for s in self.shapes):
             raise SceneError(f"Scene: its extent is {self.size:g} m; scale it to metres of ordinary size")
-
-    def _checked(self):
-        """The surfaces and the lights; SceneError where they are none."""
-        try:
-            surfaces = tuple(self.surfaces)
-        except TypeError:
-            raise SceneError(f"Scene: surfaces are {self.surfaces!r}; give a list of Surfaces") from None
-        for surface in surfaces:
-            if not isinstance(surface, Surface):
-                raise SceneError(f"Scene: {surface!r} is not a Surface")
-        try:
-            lights = tuple(self.lights)
-        except TypeError:
-            raise SceneError(f"Scene: lights are {self.lights!r}; give a list of lights") from None
-        for light in lights:
-            if not isinstance(light, Light):
-                raise SceneError(f"Scene: {light!r} is no light; give a PointLight, SpotLight, SunLight or AreaLight")
-        return surfaces, lights
 
     def __len__(self):
         return len(self.surfaces)

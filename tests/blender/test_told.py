@@ -53,9 +53,8 @@ NOT_SHOWN = {
     "relight: the background was dark and now sends light; solve again", "A surface without a name",
     "A surface's name is {}; use a string", "{}: its shape is {}; give a Plane, Sphere, Polygon or Mesh",
     "{}: side is {}; use 'front' or 'back'", "{}: reflectance is {}; use numbers below 1, at most {}",
-    "a relative one such as 2**-53 or 2**-24", "Scene: surfaces are {}; give a list of Surfaces", "metres above 0",
-    "Scene: {} is not a Surface", "Scene: lights are {}; give a list of lights",
-    "Scene: {} is no light; give a PointLight, SpotLight, SunLight or AreaLight",
+    "a relative one such as 2**-53 or 2**-24", "Scene: {} is no list; give one of {}", "metres above 0",
+    "Scene: {} is no {}; give a list of {}", "lights: PointLight, SpotLight, SunLight or AreaLight",
     "Mesh of {} vertices and {} faces", "{} must have shape (n, 3) with at least 3 corners, not {}",
     "Mesh smooth is of shape {}; give True, False, one of them for each of {} faces, or a normal for each of {} "
     "vertices or {} corners", "Mesh faces must be at least one, of at least 3 corners each",

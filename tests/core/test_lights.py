@@ -169,7 +169,7 @@ def test_bad_lights_are_named():
         (lambda: AreaLight((0, 0, 0), (1, 0, 0), (2, 0, 0), 1, name="Area"), "Light 'Area': it has no area"),
         (lambda: AreaLight((0, 0, 0), (1, 0, 0), (0, 1, 0), 1, spread=0), "spread is 0"),
         (lambda: Scene([floor()], lights=["Sun"]), "'Sun' is no light"),
-        (lambda: Scene([floor()], lights=3), "lights are 3; give a list"),
+        (lambda: Scene([floor()], lights=3), "3 is no list; give one of lights"),
     ]
     for make, message in cases:
         with pytest.raises(SceneError, match=message):
