@@ -49,6 +49,17 @@ def kernel(place, normal, points, normals):
     return out * np.maximum(-np.einsum("nki,ki->nk", d, normal), 0.0) / square**2
 
 
+def disc_kernel(place, normal, area, points, normals):
+    """(n, k) Irradiance / pi of points (n, 3), normals (n, 3), from discs of areas (k,) m^2 at places (k, 3), normals
+    (k, 3), of radiance 1 and 1 m^2 each: what is nearer than a disc is wide gets no more than from it. All about one
+    middle, as it goes by products of matrices."""
+    square = (points**2).sum(axis=1)[:, None] + (place**2).sum(axis=1) - 2 * points @ place.T
+    square = np.maximum(square, 0.0)
+    out = np.maximum(normals @ place.T - (points * normals).sum(axis=1)[:, None], 0.0)
+    out *= np.maximum(points @ normal.T - (place * normal).sum(axis=1), 0.0)
+    return out / np.maximum(square * (np.pi * square + area), 1e-300)
+
+
 def sphere_unoccluded(points, normals, centres, radii):
     """points, normals (m, 3), centres (m, 3), radii (m,) of round spheres seen from outside -> (m,).
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from .checked import SceneError
 from .numerics import gmres
+from .read_off import check_same_shapes
 from .scene import Scene
 from .signs_of_life import finish
 from .tolerances import FAINT
@@ -48,10 +49,8 @@ class Kept:
 
     def _changed(self, scene):
         """[index] of the surfaces whose material is another than before."""
-        old, new = self.scene.surfaces, scene.surfaces
-        if len(old) != len(new) or any(a.shape is not b.shape or a.side != b.side for a, b in zip(old, new)):
-            raise SceneError("kept light needs the same shapes and sides in the same order; solve the new scene")
-        pairs = enumerate(zip(old, new))
+        check_same_shapes(self.scene, scene)
+        pairs = enumerate(zip(self.scene.surfaces, scene.surfaces))
         return [k for k, (a, b) in pairs if a is not b and not (same(a, b, "reflectance") and same(a, b, "emission"))]
 
     def _read(self, scene, surfaces):

@@ -11,7 +11,7 @@ from .closed_forms import cross, divide, dot
 from .tolerances import TINY
 
 FEW = 8  # boxes to a box; the smallest hold one triangle each
-BITS = 20  # of a coordinate on the curve: three of them in 64
+BITS = 20  # of a coordinate, as on the curve: three of them, and a side, in 63
 
 
 class NearestTriangle:

@@ -133,13 +133,9 @@ def gmres(apply, right, guess, tolerance):
 def _least_squares(columns, beta):
     """Minimise |beta e1 - H w| for each channel -> w (k, c), residuals (c,)"""
     k = len(columns)
-    w, left = np.zeros((k, len(beta))), np.zeros(len(beta))
-    for c in range(len(beta)):
-        h = np.zeros((k + 1, k))
-        for j, column in enumerate(columns):
-            h[: j + 2, j] = [value[c] for value in column]
-        right = np.zeros(k + 1)
-        right[0] = beta[c]
-        w[:, c] = np.linalg.lstsq(h, right, rcond=None)[0]
-        left[c] = np.linalg.norm(right - h @ w[:, c])
-    return w, left
+    h, right = np.zeros((len(beta), k + 1, k)), np.zeros((len(beta), k + 1))
+    for j, column in enumerate(columns):
+        h[:, : j + 2, j] = np.transpose(column)
+    right[:, 0] = beta
+    w = np.einsum("cjk,ck->cj", np.linalg.pinv(h), right)
+    return w.T, np.linalg.norm(right - np.einsum("cjk,ck->cj", h, w), axis=1)

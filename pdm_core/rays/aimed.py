@@ -7,6 +7,7 @@ anywhere. What they reflect is a source of its own, a spot for each surface, as 
 import numpy as np
 
 from ..at_once import AT_ONCE, slices
+from ..closed_forms import disc_kernel
 from ..shapes.shape import cone_lattice, unit
 from ..tolerances import FAINT
 from .direct import AT_NODES, Shares
@@ -96,11 +97,7 @@ class Spot(Source):
         """points, normals (n, 3) -> (n,) irradiance / pi of all its points, the nearest as discs of their area."""
         out, points = np.zeros(len(points)), points - self.centre
         for part in slices(len(points), AT_ONCE // len(self.area)):
-            d = self.place - points[part, None]
-            square = np.einsum("npi,npi->np", d, d)
-            cosines = np.maximum(np.einsum("npi,ni->np", d, normals[part]), 0.0)
-            cosines *= np.maximum(-np.einsum("npi,pi->np", d, self.normal), 0.0)
-            out[part] = (cosines / np.maximum(square * (np.pi * square + self.area), 1e-300)) @ self.weight
+            out[part] = disc_kernel(self.place, self.normal, self.area, points[part], normals[part]) @ self.weight
         return out
 
     def samples(self, count):

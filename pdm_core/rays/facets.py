@@ -11,7 +11,7 @@ import numpy as np
 
 from ..boxes import near, overlap
 from ..shapes.plane import Planes
-from ..shapes.shape import box_of, unit
+from ..shapes.shape import PARALLEL, box_of, unit
 from ..tolerances import CLEAR, KEPT
 from .near_flats import WIDER, near_flats
 
@@ -20,7 +20,6 @@ POINTED = 64.0, 1e-2  # tolerances, or of its length, that a facet's corners mov
 FINEST = 1e-10  # of the scene's size: the least tolerance, at which what our sums lose at a slant is within WIDER
 FEW = 8  # corners of shapes that may be a room's walls
 WIDER_SINGLE = 1e-6  # of lengths: more than what single precision rounds off
-TILTED = 1e-4  # sine up to which planes of layers may differ
 
 
 class Facets:
@@ -150,7 +149,7 @@ def _layers(facets):
     swap = area[i] < area[j]
     i, j = np.where(swap, j, i), np.where(swap, i, j)
     inward = _look_into_rooms([shapes[k] for k in flat], lit, i, j, 4 * facets.tolerance)
-    one_plane = np.linalg.norm(np.cross(normal[i], normal[j]), axis=1) < TILTED
+    one_plane = np.linalg.norm(np.cross(normal[i], normal[j]), axis=1) < PARALLEL
     i, j = i[one_plane], j[one_plane]
     if not len(i):
         return out

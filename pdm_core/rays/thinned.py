@@ -8,6 +8,7 @@ more are taken, in the end all. What lamps give is no part of this: shadows are 
 import numpy as np
 
 from ..at_once import AT_ONCE, entries_of, in_turn, runs
+from ..nearest import BITS
 from ..signs_of_life import in_thread
 from .merged import SIDES, side_of
 
@@ -18,7 +19,6 @@ AROUND = 1.5  # cells within which others count
 ALIKE = 0.5  # cosine of normals from which on they do
 FORETOLD = 0.7  # of the target: how far a place may be off what the others foretell
 RIDGE = 1e-3  # of the sum of weights: what slopes cost that nothing tells
-BITS = 20  # of a cell's number along an axis: three and a side in 63
 
 
 def thinned(gather, receivers, is_mesh, tolerance):

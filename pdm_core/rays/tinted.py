@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..at_once import AT_ONCE, parts
+from ..closed_forms import disc_kernel
 
 TINTED = 64  # times as many points tell of colours as of shadows
 HALVED = 0.5  # what all points are off by, of what half of them are
@@ -23,11 +24,7 @@ def colours_of(source, receivers, points, centre):
     tint = tint / np.maximum(weight @ tint / weight.sum(), 1e-300)
     place = place - centre
     for part in parts(np.arange(len(out)), 16 * AT_ONCE // len(place)):
-        x, n = receivers.points[part], receivers.normals[part]
-        square = np.maximum((x**2).sum(axis=1)[:, None] + (place**2).sum(axis=1) - 2 * x @ place.T, 0.0)
-        value = np.maximum(n @ place.T - (x * n).sum(axis=1)[:, None], 0.0) * weight
-        value *= np.maximum(x @ normal.T - (place * normal).sum(axis=1), 0.0)
-        value /= np.maximum(square * (np.pi * square + area), 1e-300)
+        value = weight * disc_kernel(place, normal, area, receivers.points[part], receivers.normals[part])
         out[part], half = _mean(value, tint), _mean(value[:, ::2], tint[::2])
         off[part] = np.abs(half - out[part]).max(axis=1) * HALVED
         yield

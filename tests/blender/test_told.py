@@ -48,7 +48,6 @@ NOT_SHOWN = {
     "nodes switched on", "free pairs", "a number above 0 such as 0.01",
     "Surface {} varies from place to place; solve again to see it changed", "surfaces that no light reaches",
     "colour channels that are multiples of others",
-    "kept light needs the same shapes and sides in the same order; solve the new scene",
     "relight changes the colours of lights alone; where one is moved or resized, solve again",
     "relight: the background was dark and now sends light; solve again", "A surface without a name",
     "A surface's name is {}; use a string", "{}: its shape is {}; give a Plane, Sphere, Polygon or Mesh",
