@@ -33,17 +33,24 @@ def side_of(planes, i, j, inward):
 
 
 def bodies(planes, i, j, tolerance):
-    """(n,), (n,) Whether planes look towards those that share an edge with them, as a room's walls do and a solid's do
-    not; and whether they share none."""
-    lit = planes.lit[:, None] * planes.normal
-    a, b = planes.corners[i], planes.corners[j]
-    match = (np.abs(a[:, :, None] - b[:, None]) <= 2 * tolerance).all(axis=3)
-    match[planes.half[i], 3], match[planes.half[j], :, 3] = False, False  # the third corner again
-    shared = match.sum(axis=(1, 2)) == 2
-    one, other = np.concatenate([i[shared], j[shared]]), np.concatenate([j[shared], i[shared]])
-    middle = planes.corners.mean(axis=1)
-    ahead, back = (np.einsum("ki,ki->k", middle[other] - middle[one], lit[k]) for k in (one, other))
-    back = -back
+    """Of planes, see look_inward."""
+    corners = planes.corners.copy()
+    corners[planes.half, 3] = np.nan  # the third one again
+    return look_inward(corners, planes.lit[:, None] * planes.normal, i, j, 2 * tolerance)
+
+
+def look_inward(corners, lit, i, j, tolerance):
+    """(n,), (n,) Whether flat shapes, corners (n, c, 3) m, nan where there are fewer, lit normals (n, 3), pairs i, j
+    (k,) near each other, look towards those that share an edge with them, as a room's walls do and a solid's do not;
+    and whether they share none."""
+    shared = np.zeros(len(i), int)
+    for corner in range(corners.shape[1]):
+        shared += (np.abs(corners[i, corner][:, None] - corners[j]) <= tolerance).all(axis=2).any(axis=1)
+    i, j = i[shared == 2], j[shared == 2]
+    one, other = np.concatenate([i, j]), np.concatenate([j, i])
+    known = np.isfinite(corners)
+    middle = np.where(known, corners, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    ahead, back = (np.einsum("ki,ki->k", middle[b] - middle[a], lit[a]) for a, b in ((one, other), (other, one)))
     same_body = ahead * back > 0  # else another's, which begins where this one ends
     loose = np.bincount(one[same_body], minlength=len(lit)) == 0
     return np.bincount(one[same_body], ahead[same_body], minlength=len(lit)) > 0, loose

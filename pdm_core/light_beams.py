@@ -4,7 +4,7 @@ import numpy as np
 
 from .at_once import AT_ONCE, parts
 from .numerics import gauss_legendre
-from .shapes.shape import frames, unit
+from .shapes.shape import cones, unit
 
 COARSE, DIRECTIONS = 32, 1024  # across the cone in which a lamp is seen, to find where its light fades, and there
 NODES, FEW, MANY = 6, 2, 12  # Gauss points between kinks, 1e-5 off at most; fewer on polygons of more than MANY edges
@@ -14,30 +14,15 @@ LEAST_HALF = 1e-3  # of a spread; light is then parallel to a part in a million,
 def across_cone(pattern, axes, normals, half):
     """The share (n,) that a pattern of directions lets through of what points with unit normals (n, 3) receive from
     round cones of even light about unit axes (n, 3) towards it, half angles (n,). By an even lattice of directions."""
-    few = pattern(-_cones(axes, half, *_lattice(COARSE, 1.0)))
+    few = pattern(-cones(axes, half, COARSE, 1.0))
     share = few[:, 0].copy()  # where the pattern's edge is not within the cone
     mixed = np.flatnonzero(np.ptp(few, axis=1) > 0)
     for part in parts(mixed, AT_ONCE // DIRECTIONS):
-        towards = _cones(axes[part], half[part], *_lattice(DIRECTIONS, 0.5))
+        towards = cones(axes[part], half[part], DIRECTIONS)
         cosine = np.maximum(np.einsum("nkj,nj->nk", towards, normals[part]), 0.0)
         total = cosine.sum(axis=1)
         share[part] = (cosine * pattern(-towards)).sum(axis=1) / np.where(total > 0, total, 1.0)
     return share
-
-
-def _lattice(count, first):
-    """Heights (count,) from 0 to 1 and turns (count,), even over a disc; first: 1 takes in the rim, .5 is for sums."""
-    k = np.arange(count)
-    return (k + first) / count, np.pi * (1 + np.sqrt(5)) * k
-
-
-def _cones(axes, half, height, turn):
-    """Unit directions (n, k, 3) within cones about unit axes (n, 3), half angles (n,)."""
-    z = 1 - np.outer(1 - np.cos(half), height)
-    ring = np.sqrt(np.maximum(1 - z * z, 0.0))
-    x, y, _ = np.moveaxis(frames(axes), 1, 0)
-    across = (ring * np.cos(turn))[..., None] * x[:, None] + (ring * np.sin(turn))[..., None] * y[:, None]
-    return z[..., None] * axes[:, None] + across
 
 
 def beam_unoccluded(points, normals, corners, normal, half):

@@ -62,10 +62,8 @@ def _sift_balls(table, x, n, source, corners, pair, occluder, sky):
     """Of entries whose occluder is a ball: active, crossing the source, all around the point but not the source."""
     entries, r = len(pair), table.bound[occluder]
     d = table.origin.take(occluder, axis=1) - x.take(pair, axis=1)
-    inside, k = (
-        np.zeros(entries, bool),
-        np.nonzero(dot(d, d) < (r * (1 + TOUCHING)) ** 2)[0],
-    )  # the bounding sphere, then the ball
+    inside, k = np.zeros(entries, bool), np.nonzero(dot(d, d) < (r * (1 + TOUCHING)) ** 2)[0]
+    # the bounding sphere, then the ball
     inside[k] = table.within(x.take(pair[k], axis=1), n.take(pair[k], axis=1), occluder[k])
     first, (cross, within) = np.ones(entries, bool), np.zeros((2, entries), bool)
     if corners is not None:

@@ -91,12 +91,6 @@ class RayState:
         self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
         yield from in_thread(self.link)
 
-    def trace_anew(self, count):
-        """Rays of all nodes along so many directions; yields."""
-        self.traced = Traced(len(self.nodes), directions(count))
-        yield from self.trace(np.arange(len(self.nodes)))
-        yield from in_thread(self.link)
-
     def trace(self, which):
         """Rays of the nodes which (k,), from each of their places in turn; yields."""
         yield from self.traced.trace(self.facets, self.nodes.from_place, which)

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from ..boxes import near, overlap
+from ..layers import look_inward
 from ..shapes.plane import Planes
 from ..shapes.shape import PARALLEL, box_of, unit
 from ..tolerances import CLEAR, KEPT
@@ -148,7 +149,11 @@ def _layers(facets):
     i, j = near(low, high, facets.tolerance)
     swap = area[i] < area[j]
     i, j = np.where(swap, j, i), np.where(swap, i, j)
-    inward = _look_into_rooms([shapes[k] for k in flat], lit, i, j, 4 * facets.tolerance)
+    few = np.full((len(flat), FEW, 3), np.nan)
+    for own, outline in zip(few, (shapes[k].outline for k in flat)):
+        if len(outline) <= FEW:
+            own[: len(outline)] = outline
+    inward, _ = look_inward(few, lit, i, j, 4 * facets.tolerance)
     one_plane = np.linalg.norm(np.cross(normal[i], normal[j]), axis=1) < PARALLEL
     i, j = i[one_plane], j[one_plane]
     if not len(i):
@@ -170,22 +175,3 @@ def _layers(facets):
         level[k] = np.where(level[k] == 0, np.einsum("ni,ni->n", lit[k], normal[k]), level[k])
     out[flat] = PARTED * facets.tolerance * level
     return out
-
-
-def _look_into_rooms(shapes, lit, i, j, tolerance):
-    """(n,) Whether flat shapes, pairs i, j (k,) near each other, look towards those that share an edge with them,
-    as a room's walls do and a solid's do not; those of few corners."""
-    corners, towards = np.full((len(shapes), FEW, 3), np.nan), np.zeros(len(shapes))
-    for k, shape in enumerate(shapes):
-        if len(shape.outline) <= FEW:
-            corners[k, : len(shape.outline)] = shape.outline
-    shared = np.zeros(len(i), int)
-    for corner in range(FEW):
-        off = np.abs(corners[i, corner][:, None] - corners[j])
-        shared += (off <= tolerance).all(axis=2).any(axis=1)
-    i, j = i[shared == 2], j[shared == 2]
-    known = np.isfinite(corners)
-    middle = np.where(known, corners, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
-    for one, other in ((i, j), (j, i)):
-        np.add.at(towards, one, np.sign(np.einsum("ni,ni->n", middle[other] - middle[one], lit[one])))
-    return towards > 0

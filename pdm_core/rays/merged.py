@@ -7,13 +7,12 @@ import copy
 
 import numpy as np
 
-from ..shapes.shape import square_lattice
+from ..shapes.shape import SIDES, side_of, square_lattice
 from .split import MOST, Split, find
 
 PLACES = 16  # of a node from which rays start in turn
 BENT = 0.2  # of how far values vary over a face between its own vertices: how far linear ones are off
 WHOLE = 0.95  # of a mesh's vertices, with their normals: when so many are on their own it is no use to part the others
-SIDES = 6  # of the directions in which their normals are told apart
 
 
 class Merged:
@@ -124,9 +123,3 @@ def merged_corners(mesh, split, size):
         key[~whole] = split.names(mesh.bounds[1])[~whole]
         distinct += len(np.unique(key[~whole]))
     return np.unique(key, return_inverse=True)[1].reshape(-1, 3).astype(np.int32), distinct
-
-
-def side_of(normals):
-    """(c,) which of SIDES normals (c, 3) look to."""
-    axis = np.argmax(np.abs(normals), axis=1)
-    return axis * 2 + (normals[np.arange(len(normals)), axis] > 0)

@@ -5,7 +5,7 @@ import numpy as np
 from ..plan import RAY_MEMORY
 from ..signs_of_life import in_thread
 from .check import SAFETY
-from .rows import Traced
+from .rows import Traced, directions
 
 MOST_RAYS = 4096  # directions of a point where colours are read
 POWER = 0.72  # the error of n directions falls as n to this
@@ -41,7 +41,9 @@ def improve(check):
         state.nodes = finer
         yield from state.extend(finer.old, count)
     elif count is not None:
-        yield from state.trace_anew(count)
+        state.traced = Traced(len(state.nodes), directions(count))
+        yield from state.trace(np.arange(len(state.nodes)))
+        yield from in_thread(state.link)
     return did or finer is not None or count is not None
 
 

@@ -4,22 +4,20 @@ import copy
 
 import numpy as np
 
+from ..scene import Light
 from .bundles import TOUCHING
 
 BROAD = 2.0  # times the mean emission of all surfaces: what is no brighter fills enough of what is seen for rays
 
 
-class Source:
-    """colour (3,): radiance; distant: whether sample places are directions; skip: the shape that does not hide it;
-    shadows: whether any does; receivers (n surfaces,) bool: which its light comes to, blockers: Facets of what may hide
-    it, None for all; pattern(directions (n, 3)) -> (n,) of its radiance, None where it is even; is_surface: whether
-    samples' weights are areas; is_spot: whether it is what a beam lights; is_tinted: whether its colour varies over its
-    sample places; beam: see Light; partly: the part of receivers that see a part of it, see Shares.learn."""
+class Source(Light):
+    """As a Light, colour (3,): radiance. skip: the shape that does not hide it; receivers (n surfaces,) bool: which its
+    light comes to, blockers: Facets of what may hide it, None for all; pattern None where it is even; is_surface:
+    whether samples' weights are areas; is_spot: whether it is what a beam lights; is_tinted: whether its colour varies
+    over its sample places; partly: the part of receivers that see a part of it, see Shares.learn."""
 
-    distant, skip, lift = False, -1, 0.0
-    shadows, pattern, beam, receivers, blockers = True, None, None, None, None
+    skip, lift, partly, pattern = -1, 0.0, 0.0, None
     is_surface = is_spot = is_tinted = False
-    partly = 0.0
 
     def __init__(self, colour, name):
         self.colour, self.name = np.asarray(colour, float), name
@@ -28,16 +26,9 @@ class Source:
         """(n,) Whether it gives nothing there, as it lies against the shape or the point is within it."""
         return np.zeros(len(points), bool)
 
-    def holds(self, points):
-        """See Light."""
-        return np.zeros(len(points), bool)
-
     def tint(self, places):
         """(k, 3) of its colour at sample places (k, 3) m; None where it is the same everywhere."""
         return None
-
-    def beyond(self, places, points):
-        """See Light."""
 
     def take_light(self, scene, before):
         """Becomes what it is under another scene's light; before: the sources before it, under that light."""

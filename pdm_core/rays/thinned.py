@@ -9,8 +9,8 @@ import numpy as np
 
 from ..at_once import AT_ONCE, entries_of, in_turn, runs
 from ..nearest import BITS
+from ..shapes.shape import SIDES, side_of
 from ..signs_of_life import in_thread
-from .merged import SIDES, side_of
 
 MANY = 1 << 15  # places of a surface from which on they may be too many: below, two looks cost more than one at all
 EACH = 48  # of them in a cell, of which light is gathered at two: one look costs as much as many more in it

@@ -7,6 +7,7 @@ import numpy as np
 from ..at_once import AT_ONCE, entries_of, runs, slices
 from ..closed_forms import kernel
 from ..contour import polygon_unoccluded
+from .shape import SIDES, side_of
 
 TRIANGLES = 256  # of a mesh, up to which its light is a sum of closed forms
 CLUSTER = 16  # of them in a cluster at most, of larger ones
@@ -68,10 +69,8 @@ class Clusters:
 
     def __init__(self, mesh, sign, seen):
         middle = mesh.vertices[mesh.triangles].mean(axis=1)
-        axis = np.abs(mesh.triangle_normals).argmax(axis=1)
-        turned = 2 * axis + (mesh.triangle_normals[np.arange(len(axis)), axis] > 0)
-        most = max(CLUSTER, len(axis) // MOST_CLUSTERS)
-        parts, left = [], [seen[turned[seen] == k] for k in range(6)]
+        turned, most = side_of(mesh.triangle_normals), max(CLUSTER, len(middle) // MOST_CLUSTERS)
+        parts, left = [], [seen[turned[seen] == k] for k in range(SIDES)]
         while left:
             some = left.pop()
             if len(some) <= most:

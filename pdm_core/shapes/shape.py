@@ -8,6 +8,7 @@ FLATTEST = 1e-9  # a shape thinner than this part of its extent has no usable ar
 ROUNDINGS = 4  # of a coordinate: two shapes' own, through a matrix each
 INSET = 2e-4  # of its extent: what points that receive light keep from a shape's border at least
 PARALLEL = 1e-3  # sine up to which what is near a flat shape lies against it
+SIDES = 6  # of the directions in which normals are told apart
 ARITHMETIC = 16 * 2**-53  # relative to the extent: what our own sums and products of coordinates lose
 
 
@@ -45,18 +46,31 @@ def lattice(count):
     return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
 
 
+def side_of(normals):
+    """(n,) Which of SIDES normals (n, 3) look to."""
+    axis = np.argmax(np.abs(normals), axis=1)
+    return axis * 2 + (normals[np.arange(len(normals)), axis] > 0)
+
+
 def frames(axes):
     """Right-handed frames (n, 3, 3) of unit vectors in rows, the last along unit axes (n, 3)."""
     x = unit(np.cross(np.eye(3)[np.argmin(np.abs(axes), axis=1)], axes))
     return np.stack([x, np.cross(axes, x), axes], axis=1)
 
 
-def cone_lattice(count, axis, half):
-    """Unit directions (count, 3) spread evenly over a cone about a unit axis (3,), of that half angle."""
+def cones(axes, half, count, first=0.5):
+    """Unit directions (n, count, 3) spread evenly over cones about unit axes (n, 3), of half angles (n,); first: .5 is
+    for sums, 1 takes in the rim."""
     k = np.arange(count)
-    lost = 2 * np.sin(half / 2) ** 2 * (k + 0.5) / count  # 1 less the cosine: exact of narrow cones too
+    # 1 less the cosine: exact of narrow cones too
+    lost = np.multiply.outer(2 * np.sin(np.asarray(half) / 2) ** 2, (k + first) / count)
     ring, turn = np.sqrt(lost * (2 - lost)), np.pi * (1 + np.sqrt(5)) * k
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), 1 - lost]) @ frames(axis[None])[0]
+    return np.stack([ring * np.cos(turn), ring * np.sin(turn), 1 - lost], axis=-1) @ frames(axes)
+
+
+def cone_lattice(count, axis, half):
+    """The same (count, 3) of one cone about a unit axis (3,), of that half angle."""
+    return cones(axis[None], [half], count)[0]
 
 
 def square_lattice(count):
