@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .coincident import apart
 from .contacts import contacts_of, entries
 from .tolerances import CLEAR, TOUCHING
 
@@ -99,7 +100,7 @@ def _rims(scene):
             at, to = local[close, :, axis], np.roll(local[close, :, axis], -1, axis=1)
             straight = np.abs(to - at) < ALIGNED
             width = STRIP * gap / np.linalg.norm(surface.shape.linear[:, axis])
-            rims, strips = _apart(at[straight & (at > APART) & (at < 1 - APART)]), np.zeros(0)
+            rims, strips = apart(at[straight & (at > APART) & (at < 1 - APART)], APART), np.zeros(0)
             thin = (gap < THIN * radius[close][:, None]) & straight
             if thin.any():
                 inner, wide = np.clip(at, 0.0, 1.0)[thin], np.broadcast_to(width, at.shape)[thin]
@@ -107,16 +108,11 @@ def _rims(scene):
                 strips = strips[(strips > APART) & (strips < 1 - APART)]
                 strips = strips[(np.abs(strips[:, None] - rims) > APART).all(axis=1)]
             if len(rims) <= LINES:  # more of them would cost more nodes than they save
-                rims = _apart(np.concatenate([rims, strips]))
+                rims = apart(np.concatenate([rims, strips]), APART)
                 if len(rims) < CHARTS:
                     found.append(np.array([np.full(len(rims), k), np.full(len(rims), axis), rims]))
     surface, axis, at = np.concatenate(found, axis=1)
     return surface.astype(int), axis.astype(int), at, np.full(len(at), np.inf)
-
-
-def _apart(at):
-    at = np.sort(at)
-    return at[np.diff(at, prepend=-1.0) > APART]
 
 
 def _contact_lines(scene, border):

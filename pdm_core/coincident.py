@@ -1,4 +1,4 @@
-"""Which shapes are one and the same although given twice: found by sorting, not by comparing each with each."""
+"""What is one and the same although given twice: found by sorting, not by comparing each with each."""
 
 import numpy as np
 
@@ -7,6 +7,12 @@ from .tolerances import CLEAR
 _RANDOM = np.random.default_rng(7)
 REACHES = _RANDOM.normal(size=(6, 3)) / 2  # directions along which shapes' reach tells them from each other
 ALONG = _RANDOM.normal(size=12)  # one along which different ones hardly ever have the same place
+
+
+def apart(values, tolerance):
+    """Values (k,) in order, of those within the tolerance of each other the first."""
+    values = np.sort(values)
+    return values[np.diff(values, prepend=-np.inf) > tolerance]
 
 
 def one_and_the_same(shapes, tolerance):

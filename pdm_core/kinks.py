@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .coincident import apart
 from .numerics import gauss_legendre
 
 CURVES = 64  # most kinks of one surface that the rule is broken at
@@ -78,8 +79,7 @@ def broken_rule(curves, points):
         _roots(b * b - 4 * a * c, 2 * b * d - 4 * a * e, d * d - 4 * a * f),
     ]
     t = np.concatenate([np.ravel(t), [0.0, 1.0]])
-    t = np.unique(np.clip(t[np.isfinite(t)], 0.0, 1.0))
-    t = t[np.concatenate([[True], np.diff(t) > SAME])]
+    t = apart(np.clip(t[np.isfinite(t)], 0.0, 1.0), SAME)
     width = np.diff(t)[:, None]
     t, weight = (t[:-1, None] + width * u).ravel(), (width * w).ravel()
     s = _roots(a[:, None] + 0 * t, b[:, None] * t + d[:, None], (c[:, None] * t + e[:, None]) * t + f[:, None])

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..coincident import apart
 from ..outlines import edges_of
 from ..tolerances import TINY
 from .plane import Plane
@@ -17,8 +18,8 @@ def rectangles(loops):
     size = sides.max()
     if (np.abs(q - p).min(axis=1) > TINY * size).any():
         return None
-    y = _apart(np.concatenate([p[:, 1], q[:, 1]]), TINY * size)
-    x = _apart(p[:, 0], TINY * size)
+    y = apart(np.concatenate([p[:, 1], q[:, 1]]), TINY * size)
+    x = apart(p[:, 0], TINY * size)
     if min(np.diff(x).min(), np.diff(y).min()) < NARROW * size:
         return None
     upright = np.abs(q - p)[:, 1] > NARROW * size
@@ -33,9 +34,3 @@ def rectangles(loops):
             open_[span] = bottom
     ends = np.array(done)[:, [0, 2, 1, 2, 1, 3, 0, 3]].reshape(-1, 4, 2)
     return [Plane.through(corners) for corners in corner + ends @ axes]
-
-
-def _apart(values, tolerance):
-    """The values in order, of those within the tolerance of each other the first."""
-    values = np.sort(values)
-    return values[np.diff(values, prepend=-np.inf) > tolerance]
