@@ -12,14 +12,17 @@ def clip_edges(p, q, height_p, height_q):
     p, q (3, k, m); heights (k, m). Returns start, end (3, k, m) (equal where nothing is left) and
     leave, enter (3, m), the points where the loop crosses height 0 (zero vectors where it does not).
     """
-    up, down = (height_p < 0) & (height_q >= 0), (height_p >= 0) & (height_q < 0)
-    crossing = p + divide(height_p, height_p - height_q) * (q - p)
-    below = (height_p < 0) & (height_q < 0)
-    start = np.where(up, crossing, p)
-    end = np.where(down, crossing, np.where(below, p, q))
-    leave = np.where(down, crossing, 0.0).sum(axis=1)
-    enter = np.where(up, crossing, 0.0).sum(axis=1)
-    return start, end, leave, enter
+    start, end, crossing, up, down = _above(p, q, height_p, height_q)
+    return start, end, *(np.where(which, crossing, 0.0).sum(axis=1) for which in (down, up))
+
+
+def _above(p, q, low, high):
+    """start, end (3, k, m) of the part above 0 of edges from heights low to high (k, m), where they cross it (3, k, m),
+    and whether they do upwards and downwards (k, m)."""
+    up, down = (low < 0) & (high >= 0), (low >= 0) & (high < 0)
+    crossing = p + divide(low, low - high) * (q - p)
+    end = np.where(down, crossing, np.where((low < 0) & (high < 0), p, q))
+    return np.where(up, crossing, p), end, crossing, up, down
 
 
 def edge_sum(n, p, q):
@@ -82,11 +85,9 @@ def _clipped(n, p, q, low, high):
     That needs no order: all the loops' crossings with the horizon lie on one line, so that each adds or takes the angle
     at which it is seen from their middle.
     """
-    up, down = (low < 0) & (high >= 0), (low >= 0) & (high < 0)
-    at = p + divide(low, low - high) * (q - p)
+    start, end, at, up, down = _above(p, q, low, high)
     crosses = up | down
     middle = (np.where(crosses, at, 0.0).sum(axis=1) / np.maximum(crosses.sum(axis=0), 1))[:, None]
     angle = np.arctan2(dot(n, cross(middle, at)), dot(middle, at))
     arcs = np.where(up, angle, np.where(down, -angle, 0.0)).sum(axis=0)
-    start, end = np.where(up, at, p), np.where(down, at, np.where((low < 0) & (high < 0), p, q))
     return edge_sum(n[:, 0], start, end) + arcs

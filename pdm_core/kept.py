@@ -7,7 +7,7 @@ import numpy as np
 
 from .checked import SceneError
 from .numerics import gmres
-from .read_off import check_same_shapes
+from .read_off import check_same_shapes, materials_at
 from .scene import Scene
 from .signs_of_life import finish
 from .tolerances import FAINT
@@ -26,9 +26,7 @@ class Kept:
     def __init__(self, scene, surface, points):
         self.scene, self.surface, self.points = scene, surface, points
         self.order = np.argsort(surface, kind="stable")
-        self.first = np.searchsorted(surface[self.order], np.arange(len(scene) + 1))
-        self.reflectance, self.emission = np.zeros((len(points), 3)), np.zeros((len(points), 3))
-        self._read(scene, np.unique(surface).tolist())
+        self.reflectance, self.emission = materials_at(scene, surface, points)
 
     def radiance(self, scene):
         """Outgoing radiance (n, 3) at the points."""
@@ -43,7 +41,8 @@ class Kept:
         """Irradiance / pi (n, 3) straight from lights, emission and the background, and by way of reflections."""
         changed = self._changed(scene)
         parts = self.light(scene, changed)
-        self._read(scene, changed)
+        some = np.flatnonzero(np.isin(self.surface, changed))
+        self.reflectance[some], self.emission[some] = materials_at(scene, self.surface[some], self.points[some])
         self.scene = scene
         return [np.maximum(part, 0.0) for part in parts]
 
@@ -52,14 +51,6 @@ class Kept:
         check_same_shapes(self.scene, scene)
         pairs = enumerate(zip(self.scene.surfaces, scene.surfaces))
         return [k for k, (a, b) in pairs if a is not b and not (same(a, b, "reflectance") and same(a, b, "emission"))]
-
-    def _read(self, scene, surfaces):
-        """Reflectance and emission at the points of these surfaces."""
-        for k in surfaces:
-            mine, own = self.order[self.first[k] : self.first[k + 1]], scene.surfaces[k]
-            if len(mine):
-                on = own.shape.project(self.points[mine]) if own.varies else self.points[mine]
-                self.reflectance[mine], self.emission[mine] = own.reflectance_at(on), own.emission_at(on)
 
 
 def under_light(scene, materials, background, lights):
