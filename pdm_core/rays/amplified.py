@@ -5,8 +5,9 @@ The mean over a scene tells nothing of a room within it, so it is worked out nod
 
 import numpy as np
 
+from ..tolerances import SINGLE
+
 BOUNCES = 4  # followed one by one; from then on each node's light falls as in the last two
-CLOSEST = 1e-7  # to 1 that it falls by: single precision
 
 
 def amplification(times, rho):
@@ -18,7 +19,7 @@ def amplification(times, rho):
         terms.append(times(rho * terms[-1]))
     # over two bounces: between a white face and a grey one light falls by one and the other in turns
     falls = np.sqrt(np.divide(terms[-1], terms[-3], out=np.zeros_like(rho), where=terms[-3] > 0))
-    falls = np.minimum(falls, 1 - CLOSEST)
+    falls = np.minimum(falls, 1 - SINGLE)  # rows are in single precision
     return (sum(terms) + terms[-1] * falls / (1 - falls))[:, 0]
 
 

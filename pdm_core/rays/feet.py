@@ -7,8 +7,6 @@ from ..shapes.shape import PARALLEL, frames
 from ..shapes.triangles import barycentric
 from .grid import pairs_of
 
-ROOM = 4.0  # times the scene's radius: how far apart the planes of flat shapes are laid out beside each other
-
 
 class Feet:
     """Of Facets, where their shapes are given, not parted into layers: flat shapes (k,), and a facet (k,) each of
@@ -28,7 +26,7 @@ class Feet:
         self.flat, self.facet = np.concatenate(found, axis=1)
         some, self.place = np.unique(self.flat), np.full(len(facets.first), -1)
         self.place[some] = np.arange(len(some))
-        self.room = ROOM * np.linalg.norm(facets.boxes, axis=1).max(initial=0.0)
+        self.room = 2 * np.linalg.norm(facets.boxes, axis=1).max(initial=0.0)  # m, the widest that a plane can be
         rounded = reach + 2.0**-50 * self.room * len(some)
         corners = self._laid_out(self.flat[:, None], self._corners(self.facet))
         self.low, self.high = corners.min(axis=2) - rounded, corners.max(axis=2) + rounded

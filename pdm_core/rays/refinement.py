@@ -13,8 +13,7 @@ LEAST_TOLD = 1e-3  # of the target, see RayState.told
 SHARES = {"rays": 0.6, "shadows": 0.25, "nodes": 0.55, "sent": 0.5}  # of the error that is left, each part's at most
 REACHED = 0.95  # of the target: what is worked towards
 STEP = 32  # of directions where colours are read
-MORE = 1.25  # times as many directions of the nodes at least, as all their rays begin anew
-SPARE = 1.15  # times as small as its share the error of these becomes, lest they begin anew for a little once more
+SPARE = 1.15  # times as small as its share the error of the nodes' rays becomes: all begin anew, not for a little
 MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
 HALVED = 0.7  # of the error of cells, what halves of them leave
 HELPS = 0.9  # of the square of the error: what is left at most where it is worth a round
@@ -62,7 +61,7 @@ def excess_of(parts, target, stuck=0.0):
 def finer_directions(state, excess):
     """How many directions of the nodes, whose error is so many times too large, are enough; None where memory has no
     room for more."""
-    more = max(min(SPARE * excess, MOST_MORE[1]) ** (1 / POWER), MORE)
+    more = min(SPARE * excess, MOST_MORE[1]) ** (1 / POWER)
     count = int(np.ceil(len(state.traced.directions) * more))
     count += count % 2
     return None if Traced.bytes_for(len(state.nodes), count) > RAY_MEMORY else count

@@ -170,12 +170,9 @@ class Mesh(Shape):
         return LIFTED * np.sqrt(self.areas.max()) + least
 
     @cached_property
-    def _receiving(self):
-        return MeshReceiving(self)
-
-    def receiving(self, points, sign, least, normals=None, middle=None, triangle=None):
-        """See MeshReceiving.at."""
-        return self._receiving.at(points, sign, least, normals, middle, triangle)
+    def receiving(self):
+        """MeshReceiving.at of it."""
+        return MeshReceiving(self).at
 
     def spread(self, count):
         """Points (count, 3) m spread evenly over the area."""
