@@ -29,11 +29,10 @@ class Beside:
         self.own = facets.own
         flat = facets.flat
         self.shapes = [scene.shapes[k] for k in flat]
-        corners = [shape.outline for shape in self.shapes]
         reach = FLUSH * facets.tolerance
-        self.low = np.array([c.min(axis=0) for c in corners]).reshape(-1, 3) - reach
-        self.high = np.array([c.max(axis=0) for c in corners]).reshape(-1, 3) + reach
-        self.origin = np.array([c[0] for c in corners]).reshape(-1, 3)
+        low, high = np.array([shape.box for shape in self.shapes]).reshape(-1, 2, 3).swapaxes(0, 1)
+        self.low, self.high = low - reach, high + reach
+        self.origin = np.array([shape.outline[0] for shape in self.shapes]).reshape(-1, 3)
         self.two_sided = (facets.surface[facets.first[flat]] >= 0).all(axis=1)
         shown = np.where(facets.surface[facets.first[flat], 0] >= 0, 1.0, -1.0)
         self.normal = np.array([s.normal for s in self.shapes]).reshape(-1, 3) * shown[:, None]

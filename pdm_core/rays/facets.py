@@ -100,23 +100,23 @@ class Facets:
                 setattr(out, name, getattr(self, name).take(which, axis=0))
         return out
 
+    def corners(self, which):
+        """(k, 4, 3) m of facets (k,), in turn around them; of triangles the last one is there twice."""
+        o, u, v = (array[which] for array in (self.origin, self.u, self.v))
+        return np.stack([o, o + u, o + v + np.where(self.triangle[which, None], 0.0, u), o + v], axis=1)
+
     @cached_property
     def boxes(self):
         """low, high (3, m + b) m of the facets and the balls."""
-        corners = [self.origin, self.origin + self.u, self.origin + self.v]
-        corners.append(np.where(self.triangle[:, None], corners[0], corners[1] + self.v))
-        reach = np.linalg.norm(self.ball_linear, axis=2)
-        low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
-        low = np.concatenate([low, self.ball_centre - reach])
-        return low.T.copy(), np.concatenate([high, self.ball_centre + reach]).T.copy()
+        corners, reach = self.corners(slice(None)), np.linalg.norm(self.ball_linear, axis=2)
+        low = np.concatenate([corners.min(axis=1), self.ball_centre - reach])
+        return low.T.copy(), np.concatenate([corners.max(axis=1), self.ball_centre + reach]).T.copy()
 
     @cached_property
     def spheres(self):
         """Centres (3, m) and radii (m,) m of balls that hold a facet each, in single precision, a little wider."""
-        far = self.u + np.where(self.triangle[:, None], 0.0, self.v)
-        middle = (self.u + self.v) / np.where(self.triangle, 3.0, 2.0)[:, None]
-        radius = np.sqrt(np.max([((p - middle) ** 2).sum(axis=1) for p in (0.0, self.u, self.v, far)], axis=0))
-        centre = (self.origin + middle).T
+        middle = self.origin + (self.u + self.v) / np.where(self.triangle, 3.0, 2.0)[:, None]
+        radius, centre = np.linalg.norm(self.corners(slice(None)) - middle[:, None], axis=2).max(axis=1), middle.T
         wider = WIDER_SINGLE * np.abs(centre).max(initial=0.0)
         return np.ascontiguousarray(centre, np.float32), (radius * (1 + WIDER_SINGLE) + wider).astype(np.float32)
 

@@ -9,17 +9,15 @@ from .grid import pairs_of
 
 
 class Feet:
-    """Of Facets, where their shapes are given, not parted into layers: flat shapes (k,), and a facet (k,) each of
-    another that meets them within reach m; along (k, 3): the unit direction in their planes that leads to its front."""
+    """Of Facets: flat shapes (k,), and a facet (k,) each of another that meets them within reach m; along (k, 3): the
+    unit direction in their planes that leads to its front."""
 
     def __init__(self, facets, reach):
         self.facets, self.reach = facets, reach
-        self.origin = facets.origin - facets.moved[facets.shape[: facets.count], None] * facets.normal
         found = [np.zeros((2, 0), int)]
         for own, facet in facets.near_flats:
             plane = facets.first[own]
-            height = self._corners(facet) - self.origin[plane, None]
-            height = np.einsum("nci,ni->nc", height, facets.normal[plane])
+            height = np.einsum("nci,ni->nc", self._given(facet) - self._given(plane)[:, :1], facets.normal[plane])
             across = np.linalg.norm(np.cross(facets.normal[facet], facets.normal[plane]), axis=1) > PARALLEL
             meets = (height.min(axis=1) <= reach) & (height.max(axis=1) >= -reach) & across
             found.append(np.stack([own[meets], facet[meets]]))
@@ -28,7 +26,7 @@ class Feet:
         self.place[some] = np.arange(len(some))
         self.room = 2 * np.linalg.norm(facets.boxes, axis=1).max(initial=0.0)  # m, the widest that a plane can be
         rounded = reach + 2.0**-50 * self.room * len(some)
-        corners = self._laid_out(self.flat[:, None], self._corners(self.facet))
+        corners = self._laid_out(self.flat[:, None], self._given(self.facet))
         self.low, self.high = corners.min(axis=2) - rounded, corners.max(axis=2) + rounded
         shown = np.where(facets.surface[self.facet, 0] >= 0, 1.0, -1.0)[:, None] * facets.normal[self.facet]
         normal = facets.normal[facets.first[self.flat]]
@@ -37,10 +35,10 @@ class Feet:
         # a wall's triangles lead the same way, and count once
         self.way = np.unique(names_of(np.rint(self.along / PARALLEL)), return_inverse=True)[1]
 
-    def _corners(self, facet):
-        """(k, 4, 3) m; of triangles one is there twice."""
-        o, u, v = (array[facet] for array in (self.origin, self.facets.u, self.facets.v))
-        return np.stack([o, o + u, o + v, o + u + np.where(self.facets.triangle[facet, None], 0.0, v)], axis=1)
+    def _given(self, facet):
+        """(k, 4, 3) m, see Facets.corners; where their shapes are given, not parted into layers."""
+        facets = self.facets
+        return facets.corners(facet) - (facets.moved[facets.shape[facet], None] * facets.normal[facet])[:, None]
 
     def _laid_out(self, flat, points):
         """x, y (2, ...) m of points (..., 3) m in the planes of flat shapes (...), side by side."""
@@ -63,7 +61,7 @@ class Feet:
 
     def _lie_on(self, points, facet):
         """(n,) Whether points (n, 3) m lie on facets (n,)."""
-        corners = self._corners(facet)[:, :3]
+        corners = self._given(facet)[:, [0, 1, 3]]
         at = np.clip(barycentric(points, corners)[:, 1:], 0.0, 1.0)
         at /= np.where(self.facets.triangle[facet], np.maximum(at.sum(axis=1), 1.0), 1.0)[:, None]
         nearest = corners[:, 0] + np.einsum("nk,nki->ni", at, corners[:, 1:] - corners[:, :1])

@@ -172,9 +172,7 @@ def _segments(facets, charts, own, facet):
     sides, normal = facets.surface[facets.first[own]], facets.normal[facets.first[own]]
     known = sides.max(axis=1)  # of either side, whose chart is the shape's
     origin = charts.origin[known] - facets.centre + facets.moved[own, None] * normal
-    o, u, v = (array[facet] for array in (facets.origin, facets.u, facets.v))
-    last = np.where(facets.triangle[facet, None], 0.0, u)
-    corners = np.stack([o, o + u, o + v + last, o + v], axis=1) - origin[:, None]
+    corners = facets.corners(facet) - origin[:, None]
     height = np.einsum("nci,ni->nc", corners, normal)
     height[np.abs(height) <= ON * facets.tolerance] = 0.0
     after, above = np.roll(corners, -1, axis=1), np.roll(height, -1, axis=1)
