@@ -1,7 +1,5 @@
 """Whether points see others: the scene is projected from each onto a cube about it, from whichever are fewer."""
 
-from dataclasses import dataclass, fields
-
 import numpy as np
 
 from ..closed_forms import cross
@@ -20,17 +18,11 @@ def seen_from(facets, points, receivers, point, who, skip=-1, beyond=None):
     which, kept = (point, who), (clear + facets.tolerance, receivers.start.take(who))
     near = int(len(receivers) < len(points))
     far = 1 - near
-    pairs = _Pairs(
-        which[near],
-        ends[far].take(which[far], axis=0),
-        np.maximum(kept[near], facets.tolerance),
-        np.maximum(kept[far], facets.tolerance),
-        receivers.own.take(who),
-        receivers.inside.take(who),
-    )
-    offset = pairs.target - ends[near].take(pairs.which, axis=0)
-    size = np.abs(offset)
-    axis = size.argmax(axis=1)
+    target = ends[far].take(which[far], axis=0)
+    first, last = (np.maximum(kept[k], facets.tolerance) for k in (near, far))
+    pairs = which[near], target, first, last, receivers.own.take(who), receivers.inside.take(who)
+    offset = target - ends[near].take(which[near], axis=0)
+    axis = np.abs(offset).argmax(axis=1)
     face = 2 * axis + (np.take_along_axis(offset, axis[:, None], axis=1)[:, 0] > 0)
     for number in np.unique(face):
         a, positive = divmod(int(number), 2)
@@ -38,36 +30,20 @@ def seen_from(facets, points, receivers, point, who, skip=-1, beyond=None):
         plane[0, (a + 1) % 3] = plane[1, (a + 2) % 3] = 1.0
         plane[2, a] = 1.0 if positive else -1.0
         some = np.flatnonzero(face == number)
-        out[some] = ~_Seen(facets, ends[near], plane, pairs.take(some), skip).hidden()
+        out[some] = ~_Seen(facets, ends[near], plane, skip, *(value.take(some, axis=0) for value in pairs)).hidden()
     return out
 
 
-@dataclass
-class _Pairs:
-    """which (n,) centre each is seen from, target (n, 3) m, first and last (n,) m: what hides it is further than that
-    from the centre and from the target; own, inside (n,): as those of receivers."""
-
-    which: np.ndarray
-    target: np.ndarray
-    first: np.ndarray
-    last: np.ndarray
-    own: np.ndarray
-    inside: np.ndarray
-
-    def take(self, index):
-        """Those of the index."""
-        return _Pairs(*(getattr(self, one.name).take(index, axis=0) for one in fields(self)))
-
-
 class _Seen:
-    """Of _Pairs before one face of a cube about their centres (k, 3): plane (3, 3), its axes."""
+    """Of targets (n, 3) m, each before one face of a cube about which (n,) of the centres (k, 3): plane (3, 3), its
+    axes; first and last (n,) m: what hides it is further than that from the centre and from the target; own, inside
+    (n,): as those of receivers."""
 
-    def __init__(self, facets, centres, plane, pairs, skip):
-        self.pairs, shape = pairs, facets.shape
-        m, k, which = facets.count, len(centres), pairs.which
-        a, b, c = plane @ (pairs.target - centres.take(which, axis=0)).T
+    def __init__(self, facets, centres, plane, skip, which, target, first, last, own, inside):
+        self.own, self.inside, shape, m, k = own, inside, facets.shape, facets.count, len(centres)
+        a, b, c = plane @ (target - centres.take(which, axis=0)).T
         self.x, self.y = a / c, b / c
-        before = _between(facets, centres, plane, pairs.target)
+        before = _between(facets, centres, plane, target)
         before = before[shape[before] != skip]
         flat, ball = np.split(before, [np.searchsorted(before, m)])
         if k == 1 and worth_it(len(flat), len(self.x)):
@@ -83,7 +59,7 @@ class _Seen:
             np.tile(values, k) for values in (facets.triangle[flat], shape[flat], shape[ball])
         )
         length = np.sqrt(1 + self.x**2 + self.y**2)
-        self.near, self.far = pairs.first / length, np.maximum(c - pairs.last / length, 1e-300)
+        self.near, self.far = first / length, np.maximum(c - last / length, 1e-300)
 
     def hidden(self):
         """(n,)"""
@@ -100,7 +76,7 @@ class _Seen:
         """(h,) Those of pairs r (p,) that facets k (p,) hide."""
         xr, yr = self.x.take(r), self.y.take(r)
         w = linear(self.inverse[2], k, xr, yr)  # 1 / depth
-        keep = np.flatnonzero((w * self.far.take(r) > 1) & (self.pairs.own.take(r) != self.shape.take(k)))
+        keep = np.flatnonzero((w * self.far.take(r) > 1) & (self.own.take(r) != self.shape.take(k)))
         r, k, xr, yr, w = r[keep], k[keep], xr[keep], yr[keep], w[keep]
         s, t = (linear(row, k, xr, yr) for row in self.inverse[:2])
         most = np.where(self.triangle.take(k), s + t, np.maximum(s, t))
@@ -112,7 +88,7 @@ class _Seen:
         least, most = self.near.take(r), self.far.take(r)
         through = ((near > least) & (near < most)) | ((far > least) & (far < most))
         # from without nothing that is ahead is behind one's own ball
-        return r[through & ((self.pairs.own.take(r) != self.ball_shape.take(k)) | self.pairs.inside.take(r))]
+        return r[through & ((self.own.take(r) != self.ball_shape.take(k)) | self.inside.take(r))]
 
 
 def _between(facets, centres, plane, targets):
