@@ -80,8 +80,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     occluded = (hidden >= 0).any(axis=1).reshape(n, n) if hidden.size else np.zeros((n, n), bool)
     planes = np.array([s.shape.is_flat for s in scene.surfaces])
     pairwise = planes & ~occluded.any(axis=1) & np.isin(np.arange(n), wanted)
-    done = _closed_pairs(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), factors, error, counts)
-    _contours(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), rtol, done, factors, error, counts)
+    done = _closed_pairs(scene, np.flatnonzero(pairwise), np.flatnonzero(planes), rtol, factors, error, counts)
     for left, row in zip(range(len(np.unique(wanted)), 0, -1), np.unique(wanted)):
         targets = np.flatnonzero(~done[row])
         if len(targets):
@@ -150,36 +149,31 @@ def _reciprocal(scene, rows, factors, error):
     error[np.ix_(rows, rows)] = bound / area
 
 
-def _closed_pairs(scene, rows, columns, factors, error, counts):
-    """Fill in the pairs of aligned rectangles; -> (n, n) bool, which entries are done."""
+def _closed_pairs(scene, rows, columns, rtol, factors, error, counts):
+    """Fill in the pairs of aligned rectangles, and of other planes that lie against nothing where their contours tell
+    them to rtol; -> (n, n) bool, which entries are done."""
     done = np.zeros(factors.shape, bool)
+
+    def fill(i, j, value, wrong):
+        factors[i, j], error[i, j], done[i, j] = value, wrong, True
+        counts["closed"] += len(i)
+
     i, j = (a.ravel() for a in np.meshgrid(rows, columns, indexing="ij"))
     value, known = aligned_rectangles(scene.surfaces, i, j)
-    factors[i[known], j[known]] = value[known]
-    error[i[known], j[known]] = 1e-15
-    done[i[known], j[known]] = True
-    counts["closed"] += int(known.sum())
-    return done
-
-
-def _contours(scene, rows, columns, rtol, done, factors, error, counts):
-    """Fill in the pairs of other planes that lie against nothing, where their contours tell them to rtol; in place."""
-    rows = np.setdiff1d(rows, contacts_of(scene).covers[0])
-    i, j = (a.ravel() for a in np.meshgrid(rows, columns, indexing="ij"))
-    i, j = i[~done[i, j]], j[~done[i, j]]
-    if not len(i):
-        return
-    flat = [scene.surfaces[k] for k in columns]
+    fill(i[known], j[known], value[known], ROUNDING)
+    rest = ~known & ~np.isin(i, contacts_of(scene).covers[0])
+    if not rest.any():
+        return done
+    i, j, flat = i[rest], j[rest], [scene.surfaces[k] for k in columns]
     number = np.searchsorted(columns, np.arange(len(scene)))
     corners = np.array([s.shape.corners if s.side == "front" else s.shape.corners[::-1] for s in flat])
     normals = np.array([s.sign * s.shape.normal for s in flat])
     a, b = number[i], number[j]
     value, wrong = polygon_exchange(corners[a], corners[b], normals[a], normals[b], scene.tolerance)
     value, wrong = value / scene.areas[i], wrong / scene.areas[i]
-    known = np.flatnonzero(wrong <= rtol * value + TINY)
-    i, j = i[known], j[known]
-    factors[i, j], error[i, j], done[i, j] = value[known], wrong[known], True
-    counts["closed"] += len(known)
+    known = wrong <= rtol * value + TINY
+    fill(i[known], j[known], value[known], wrong[known])
+    return done
 
 
 def _row(seen, row, targets, hidden, rtol, most):
