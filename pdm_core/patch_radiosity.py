@@ -15,7 +15,6 @@ from .read_off import runs_of
 from .sampled import segment_blocked
 from .scene import Scene
 from .shape_table import ShapeTable
-from .signs_of_life import finish
 
 MOST_PATCHES = 4000  # their matrix is dense
 
@@ -76,14 +75,10 @@ def _between(at, count, wraps):
     return (both % count if wraps else np.clip(both, 0, count - 1)), place - low
 
 
-def patch_radiosity(scene, divisions=3, points=5):
-    """PatchSolution with divisions x divisions patches a plane, divisions x 2 divisions a sphere, at `points` Gauss
-    points a direction in each patch. The error is large where surfaces share an edge: see form_factors."""
-    return finish(patch_radiosity_steps(scene, divisions, points))
-
-
-def patch_radiosity_steps(scene, divisions=3, points=5):
-    """Generator of the fraction done; returns the PatchSolution of patch_radiosity."""
+def patch_radiosity_steps(scene, divisions, points):
+    """Generator of the fraction done; returns the PatchSolution with divisions x divisions patches a plane, divisions x
+    2 divisions a sphere, at `points` Gauss points a direction in each patch. The error is large where surfaces share an
+    edge: see form_factors."""
     start = time.perf_counter()
     of_kind(scene, Scene, "patch_radiosity")
     divisions, points = (

@@ -103,9 +103,6 @@ class RaySolution(ReadOff):
         yield from kept.steps(self._state, normals, inward)
         return kept
 
-    def let_go(self):
-        """Its rays are what a better solution grows from: nothing to free."""
-
 
 class RayApproach:
     """A solution by rays on its way: `steps` refines until the target is met, `best` is what may be delivered."""

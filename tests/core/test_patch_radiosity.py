@@ -6,8 +6,12 @@ from rooms import cube_planes, scene_of
 
 from pdm_core import Mesh, Plane, Polygon, Scene, SceneError, Sphere, Surface, pdm_form_factor, solve
 from pdm_core.compare import difference, points_over
-from pdm_core.patch_radiosity import _factors, patch_radiosity
+from pdm_core.patch_radiosity import _factors, patch_radiosity_steps
 from pdm_core.signs_of_life import finish
+
+
+def patch_radiosity(scene, divisions=3, points=5):
+    return finish(patch_radiosity_steps(scene, divisions, points))
 
 
 def test_factors_are_those_of_the_published_method():
