@@ -9,7 +9,7 @@ class OnCharts:
 
     def __init__(self, shapes):
         self.shapes, count = shapes, len(shapes)
-        self.has = np.array([shape.has_chart for shape in shapes], bool)
+        self.has = ~np.array([shape.is_mesh for shape in shapes], bool)
         self.area, self.lengths, self.least = np.ones(count), np.zeros((count, 2)), np.zeros((count, 2), int)
         self.linear, self.inverse, self.origin = np.zeros((count, 3, 3)), np.zeros((count, 3, 3)), np.zeros((count, 3))
         self.wraps = np.array([shape.wraps for shape in shapes], bool)
@@ -17,8 +17,8 @@ class OnCharts:
             shape = shapes[k]
             self.area[k], self.lengths[k], self.least[k] = shape.chart_area, shape.chart_lengths, shape.least_cells
             self.linear[k], self.inverse[k], self.origin[k] = shape.linear, shape.inverse, shape.origin
-        kinds = list(dict.fromkeys(type(shape) for shape in shapes if shape.has_chart))
-        self.kind = np.array([kinds.index(type(shape)) if shape.has_chart else -1 for shape in shapes], int)
+        kinds = list(dict.fromkeys(map(type, shapes)))
+        self.kind = np.array([kinds.index(type(shape)) for shape in shapes], int)
         self.kinds = list(enumerate(kinds))
 
     def _by_kind(self, own):

@@ -30,7 +30,6 @@ class Mesh(Shape):
     """
 
     is_mesh = True
-    has_chart = False
     plural = "meshes"
 
     def __init__(self, vertices, faces, smooth=True):

@@ -19,6 +19,7 @@ class Plane(Flat):
     """
 
     facet_count = 1
+    is_rectangle = True
 
     def __init__(self, corner, u, v):
         self.origin = vector(corner, (3,), "Plane corner")
@@ -49,11 +50,6 @@ class Plane(Flat):
     def area(self):
         """m^2"""
         return hypot(*self._across.tolist())
-
-    @property
-    def is_rectangle(self):
-        """Whether it may be one: no half, whose other half is not there."""
-        return not self.half
 
     @cached_property
     def _across(self):
@@ -163,7 +159,7 @@ class Facet(Plane):
     local is affine, with s + t <= 1 within; world takes the whole square, whose side t = 1 is the last corner.
     """
 
-    half = True
+    half, is_rectangle = True, False
     _problem = None  # what is wrong with the whole has been said, and a part may be narrow
 
     @classmethod

@@ -91,14 +91,13 @@ class Shape:
     half = False  # whether it is a triangle, half of what (s, t) in [0, 1]^2 are
     is_flat = False  # whether it lies in a plane, with a normal, an outline and two sides
     is_ball = False
-    is_rectangle = False
-    is_mesh = False  # whether parts of it may hide others
+    is_rectangle = False  # whether it may be one
+    is_mesh = False  # whether parts of it may hide others; of all else [0, 1]^2 are places, for cells of light
     plural = None  # of what links do not know as it is
     bend = np.inf  # m; least radius of what is round
     lift = 0.0  # m; what points are lifted off it that stand for its light
     wraps = False  # whether its second parameter runs around it
     first_cells = 1, 1  # along its parameters, where an integral over it begins
-    has_chart = True  # whether [0, 1]^2 are places of it, for cells of light
     least_cells = 1, 1  # along the chart's axes
 
     @cached_property
