@@ -56,16 +56,12 @@ class PointLight(Light):
         if self.radius == 0:
             cosine = np.einsum("ij,ij->i", normals, offset)
             return np.maximum(cosine, 0.0) / (4 * np.pi**2 * np.maximum(distance, LEAST) ** 3)
-        factor = self._factor(normals, offset, distance)
-        return factor / (4 * np.pi**2 * self.radius**2)
-
-    def _factor(self, normals, offset, distance):
-        """(n,) irradiance / pi for radiance 1, from all of the cone in which the light is seen"""
         # a facing disc fills the cone that a ball of the same centre does whose distance is that of the disc's rim
         farther = np.hypot(distance, self.radius) if self.faces else distance
         centres = unit(offset) * (farther / self.radius)[:, None]
         seen = sphere_unoccluded(np.zeros_like(offset), normals, centres, np.ones(len(offset)))
-        return np.where(farther < self.radius, 1.0, seen)  # inside the ball there is light all around
+        factor = np.where(farther < self.radius, 1.0, seen)  # inside the ball there is light all around
+        return factor / (4 * np.pi**2 * self.radius**2)
 
     def holds(self, points):
         """See Light: those within the ball; a disc stands before its ball's far side, wherever it is seen from."""

@@ -107,7 +107,7 @@ class RaySolution(ReadOff):
 class RayApproach:
     """A solution by rays on its way: `steps` refines until the target is met, `best` is what may be delivered."""
 
-    def __init__(self, scene, target_error, reason=""):
+    def __init__(self, scene, target_error, reason):
         self.state, self.target = RayState(scene, target_error), target_error
         self.check, self.plan = Check(self.state), plan_by_rays(scene, target_error, reason)
         self.best, self.history = None, []

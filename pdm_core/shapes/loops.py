@@ -18,7 +18,7 @@ LONGEST = 64  # edges among which the bounding rectangle's direction is sought
 class Loops:
     """Of the arguments of Polygon, given: [(k, 3)] m."""
 
-    def __init__(self, outline, holes=()):
+    def __init__(self, outline, holes):
         try:
             given = [outline, *holes]
         except TypeError:
