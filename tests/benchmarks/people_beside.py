@@ -28,7 +28,7 @@ REFINED = ("cornell", "level")  # as coarse as people have them: baked, given ve
 CHEAP = float(os.environ.get("CHEAP", 5))
 SECONDS = float(os.environ.get("CYCLES_SECONDS", 40))  # of each of Cycles' two bakes, about
 TOUCHING, BENT = 1e-4, 0.35  # m of another object; radians of a normal from its face's
-LONGEST = 600  # s, one scene in one version
+LONGEST = float(os.environ.get("LONGEST", 1800))  # s, one scene in one version
 NEWEST = "5.2"
 MODULE = "bl_ext.user_default.pdm_radiosity"
 
