@@ -148,6 +148,7 @@ def _gather_steps(context, objects, baked, make_single_user, apply_modifiers):
         hidden = sum(obj.type == "MESH" for obj in view_layer.objects) - len(meshes)
         reading = Reading(None, [], gathered.refused, gathered.warnings, hidden)
         lamps = _lamps(visible, depsgraph, reading)
+        _film(context.scene, reading)
     return reading, gathered, lamps, wanted
 
 
@@ -252,6 +253,16 @@ def _lamps(visible, depsgraph, reading):
     reading.warnings += [f"{some('Light', names)} {text}" for text, names in found.told.items()]
     reading.lights += [(light.name, kind) for light, kind in zip(found.lights, found.kinds, strict=True)]
     return found
+
+
+def _film(scene, reading):
+    """Says what Cycles' film does to renders and to its own bakes: it is no light."""
+    cycles = getattr(scene, "cycles", None)  # an add-on
+    exposure = cycles.film_exposure if cycles and scene.render.engine == "CYCLES" else 1.0
+    if abs(exposure - 1) > SINGLE:
+        text = f"its Film > Exposure of {exposure:.3g} is not baked: renders with Cycles show these colours times it"
+        advice = f"set the bake's Exposure to {np.log2(exposure):.2f} to bake it too" if exposure > 0 else "raise it"
+        reading.warnings.append(f"Scene {scene.name!r}: {text}; {advice}")
 
 
 def _background(world, reading):
