@@ -33,7 +33,8 @@ class Shown:
 
 def _part(white, light):
     """(n, 1)"""
-    return np.minimum(1.0, white / np.maximum(light.max(axis=1, keepdims=True), np.finfo(float).tiny))
+    largest = light.max(axis=1, keepdims=True)
+    return np.divide(white, largest, out=np.ones_like(largest), where=largest > white)
 
 
 def shown_steps(field):
