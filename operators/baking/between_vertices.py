@@ -12,15 +12,15 @@ MOST, MANY, FEW = 4000, 32, 8  # points in all, and on each object where that al
 # parts of an edge, for which meshes that are too coarse are looked at: the later where the former are not enough
 FINER = (2, 4, 8), (16, 32, 64)
 FEW_AT_ONCE = 4000  # places: as soon read all at once, a bundle of rays takes 5 ms however few they are
-# points of that, in all and on each object; 64 on 82 crates took five times the solving, 250 of a floor under a ball a
-# quarter of a draft's whole time
-LOOKED, LEAST_LOOKED = 100, 16
+# points of that, in all, and on how many objects, the worst: 250 points of a floor under a ball took a quarter of a
+# draft's whole time, 16 on each of 82 crates three quarters of a bake's
+LOOKED, WORST = 100, 6
 
 
 @dataclass
 class Between:
     """error: relative L2 error of the interpolated colours over all objects, as Shown counts it; parts (n objects,);
-    finer {index of an object that is too coarse: [(N, its part if each face were N x N)]}."""
+    finer {index of one of the worst that are too coarse: [(N, its part if each face were N x N)]}."""
 
     error: float
     parts: np.ndarray
@@ -55,7 +55,8 @@ def between_steps(shown, targets, points, values, looks, here, allowed):
     parts = [look.norm(look.between(c), h, shown) for look, c, h in zip(looks, colours, here, strict=True)]
     between = Between(float(np.sqrt((np.array(parts) ** 2).sum())) / norm, np.array(parts) / norm)
     coarse = between.too_coarse(allowed)
-    looks = {int(k): Look(targets[k], points[k].domain, max(LOOKED // len(coarse), LEAST_LOOKED), rng) for k in coarse}
+    worst = coarse[:WORST].tolist()
+    looks = {k: Look(targets[k], points[k].domain, LOOKED // len(worst), rng) for k in worst}
     light, enough = {}, allowed / (2 * max(len(coarse), 1))
     between.finer = {k: [] for k in looks}
     at_once = [look.finer_places(times) for look in looks.values() for times in FINER[0] + FINER[1]]
