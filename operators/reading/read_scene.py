@@ -235,14 +235,15 @@ def _read_object(mesh, indices, is_wanted):
         is_single_user=mesh.raw.single_user,
     )
     if mesh.baked:
-        side = np.array([(sides[0], sides[-1]) for sides in indices])
+        side = np.array([(sides[0], sides[-1]) for sides in indices]).ravel()
         baked, linear = mesh.baked, mesh.raw.matrix[:3, :3]
-        read.corner_surface = side[baked.corner_shape, baked.corner_back.astype(int)]
-        read.triangle_surface = side[baked.triangle_shape, baked.triangle_back.astype(int)]
+        read.corner_surface = side.take(2 * baked.corner_shape + baked.corner_back)
+        read.triangle_surface = side.take(2 * baked.triangle_shape + baked.triangle_back)
         if baked.normals is not None:
             is_mesh = np.array([isinstance(shape, MeshShape) for shape in mesh.shapes.shapes])
-            normals = unit(baked.normals @ turning_normals(linear).T)
-            read.corner_normals = np.where(is_mesh[baked.corner_shape, None], normals, 0.0)  # what is exact has its own
+            read.corner_normals = unit(baked.normals @ turning_normals(linear).T)
+            if not is_mesh.all():
+                read.corner_normals[~is_mesh[baked.corner_shape]] = 0.0  # what is exact has its own
             read.middles = baked.middles @ linear.T + mesh.raw.matrix[:3, 3]
     return read
 
