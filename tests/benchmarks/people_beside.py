@@ -6,8 +6,8 @@ Writes docs/benchmarks/people_scenes.json (what is there of other scenes and ver
 .blend files and pictures: ours, Cycles', and their signed difference where grey is none.
 L2 over face corners by area, relative to what is not emitted there: ours against the mean of two of Cycles' bakes;
 noise is that mean's own. l2_elsewhere leaves out the corners at which the two differ by definition: what lies against
-another object, which Cycles bakes as if it were not there or all black, and normals bent over a sharp edge, which Cycles
-lights from below the face's horizon.
+another object, which Cycles bakes as if it were not there or all black, and normals bent over a sharp edge,
+which Cycles lights from below the face's horizon.
 """
 
 import json
