@@ -10,6 +10,7 @@ from .baking.bake import Stage
 from .baking.bends import LEAST_SAMPLES, SAMPLES, Bent, bend_steps
 from .baking.field_at import Field
 from .baking.round_places import round_places
+from .baking.shown import shown_steps
 from .light_at_hand import light_steps
 from .subdivide_meshes import all_or_none, coarse_entries
 
@@ -29,16 +30,17 @@ def adaptive_steps(context, report, budget, among=None, copies=False, enough=lam
     settings, targets, solution = yield from light_steps(context, report, entries, enough)
     if not targets or not solution.norm > 0:
         return 0, 0, ""
+    stage = lambda done: Stage("Evaluating where the light bends", done, solution.error)  # noqa: E731
     rest = report["between_vertices"] ** 2 - sum(entries[target.name]["between"] ** 2 for target in targets)
     wanted = (settings.target_error / SPARE) ** 2
-    allowed = np.sqrt(max(wanted - max(rest, 0.0), wanted / 4)) * solution.norm
+    shown = yield from mapped(shown_steps(Field(solution, settings.quantity)), stage)
+    allowed = np.sqrt(max(wanted - max(rest, 0.0), wanted / 4)) * shown.norm
     meshes = _bent(targets)
     budget -= sum(entry["vertices"] for entry in report["objects"] if entry["baked"])
     budget += sum(mesh.parts.size for mesh in meshes)
     begun, limit = time.perf_counter(), settings.time_limit or np.inf
     is_over = lambda: time.perf_counter() - begun > limit or enough()  # noqa: E731
-    steps = bend_steps(Field(solution, settings.quantity), meshes, allowed, budget, is_over)
-    _, short = yield from mapped(steps, lambda done: Stage("Evaluating where the light bends", done, solution.error))
+    _, short = yield from mapped(bend_steps(shown, meshes, allowed, budget, is_over), stage)
     chosen = {t.object: mesh for t, mesh in zip(targets, meshes, strict=True) if mesh.parts.cuts}
     added = all_or_none(chosen, lambda obj, mesh: cut(obj.data, mesh.places, mesh.parts.cuts), copies)
     return len(chosen), added, short

@@ -8,6 +8,7 @@ from .baking.bends import LEAST_SAMPLES
 from .baking.between_vertices import Look, distinct
 from .baking.field_at import Field
 from .baking.finer_mesh import finer_size
+from .baking.shown import shown_steps
 from .light_at_hand import light_steps
 from .subdivide_meshes import problem_of, too_coarse
 
@@ -48,7 +49,8 @@ def look_steps(field, targets, curves, faces, wanted, is_over):
     rng = np.random.default_rng(3)
     looks = [Look(target, "CORNER", max(SAMPLES // len(targets), LEAST_SAMPLES), rng) for target in targets]
     light = yield from mapped(field.at_places([look.places() for look in looks], roughly=True), lambda _: 0.0)
-    seen, norm, below = [{1: curve[0][1]} for curve in curves], field.solution.norm, BELOW
+    shown = yield from mapped(shown_steps(field), lambda _: 0.0)
+    seen, below = [{1: curve[0][1]} for curve in curves], BELOW
     for turn in range(LOOKS):
         known = [sorted(own.items()) if len(own) > 1 else curve for own, curve in zip(seen, curves, strict=True)]
         times = needed(known, faces, wanted)
@@ -66,8 +68,8 @@ def look_steps(field, targets, curves, faces, wanted, is_over):
         steps = distinct(field, [looks[k].finer_places(n) for k, n in new])
         found = yield from mapped(steps, lambda done, turn=turn: (turn + done) / LOOKS)
         for (k, n), values in zip(new, found, strict=True):
-            wrong = looks[k].between_finer(n, values.reshape(-1, 3, 3)) - light[k]
-            seen[k][n] = looks[k].norm(wrong, field) / norm
+            between = looks[k].between_finer(n, values.reshape(-1, 3, 3))
+            seen[k][n] = looks[k].norm(between, light[k], shown) / shown.norm
     return times
 
 

@@ -27,7 +27,7 @@ from .wrapped import wrapped
 MOST_FORESEEN = 3  # sentences; the report has them all
 MUCH = 0.1  # of the colours, white in the views
 MOST_LISTED = 30  # warnings; the JSON report has them all
-KINDS = {"Object": "OBJECT_DATA", "Material": "MATERIAL", "World": "WORLD", "Light": "LIGHT"}
+KINDS = {"Object": "OBJECT_DATA", "Material": "MATERIAL", "World": "WORLD", "Light": "LIGHT", "Scene": "SCENE_DATA"}
 ICONS = {"SPHERE": "MESH_UVSPHERE", "PLANE": "MESH_PLANE", "PLANES": "MESH_CUBE"}
 DARK = "Nothing shines yet: add a light, give an object a material with Emission, or the world a colour"
 SOLVES = "Solves this scene to ever tighter targets, up to a minute. Nothing is changed."

@@ -24,6 +24,7 @@ from .layer import blended, check_layer
 from .own_meshes import OwnMeshes
 from .passes import OF_LIGHT, in_order, pass_steps
 from .report import bake_report, scan_result
+from .shown import shown_steps
 from .so_far import SoFar
 from .still_there import still_there
 
@@ -179,7 +180,8 @@ def _find(settings, read, solution, seconds, is_live):
         steps = pass_steps(settings, solution.scene, kept, targets, points)
         found = _Found(field, values, kept, (yield from mapped(steps, stage("Evaluating passes"))))
     with _timed(seconds, "check"):
-        steps = between_steps(field, targets, points, values, looks, here, settings.target_error)
+        shown = yield from mapped(shown_steps(field), stage("Checking between vertices"))
+        steps = between_steps(shown, targets, points, values, looks, here, settings.target_error)
         found.between = yield from mapped(steps, stage("Checking between vertices"))
         if settings.heat_map:
             found.errors = yield from mapped(heat_map_steps(solution, targets, points), stage("Checking the error"))

@@ -84,18 +84,21 @@ class Bent:
         normal[known] = unit(normal[known])
         return self.surface[root], points, normal, self.inward[root]
 
-    def squares(self, factor):
-        """(t,) squares of the L2 error of the light interpolated in each triangle, in radiance times metres.
+    def squares(self, shown):
+        """(t,) squares of the L2 error of the light interpolated in each triangle, in radiance times metres as Shown
+        counts it.
 
-        factor (n surfaces, 3): of light to radiance. From the middles of the edges, as if it were quadratic, and from
+        From the middles of the edges, as if it were quadratic, and from
         the random places: a shadow may fall between the middles.
         """
         parts = self.parts
-        light, factor = parts.values["light"], factor[self.surface[parts.root]]
-        bend = (parts.middle["light"] - (light + np.roll(light, -1, axis=1)) / 2) * factor[:, None]
+        light, middle, surface = parts.values["light"], parts.middle["light"], self.surface[parts.root]
+        factor = shown.factor(surface, np.maximum(light, middle).max(axis=1))
+        bend = (middle - (light + np.roll(light, -1, axis=1)) / 2) * factor[:, None]
         square = np.einsum("tic,ij,tjc->t", bend, BUBBLES, bend)
-        wrong = np.einsum("nk,nkc->nc", parts.weight, light[parts.points]) - self.known
-        wrong = ((wrong * factor[parts.points]) ** 2).sum(axis=1)
+        found = np.einsum("nk,nkc->nc", parts.weight, light[parts.points])
+        factor = shown.factor(surface[parts.points], np.maximum(found, self.known))
+        wrong = (((found - self.known) * factor) ** 2).sum(axis=1)
         count = np.bincount(parts.points, minlength=len(square))
         seen = np.bincount(parts.points, wrong, len(square)) / np.maximum(count, 1)
         corner = in_world(self.matrix, self.places.at)[parts.corner]
@@ -109,14 +112,13 @@ class Bent:
         self.places.extend(self.parts.cuts[-1].edges)
 
 
-def bend_steps(field, meshes, allowed, budget, is_over=lambda: False):
+def bend_steps(shown, meshes, allowed, budget, is_over=lambda: False):
     """Generator of the fraction done: halves triangles of `meshes` [Bent] until the root of their errors' squares is
     `allowed`, in radiance times metres, with at most `budget` vertices -> (error, why that is above it, or '').
 
-    field: the Field that is baked; is_over(): True ends it with what there is.
+    shown: of the Field that is baked; is_over(): True ends it with what there is.
     """
-    scene = field.solution.scene
-    factor = scene.reflectance if field.quantity == "IRRADIANCE" else np.ones_like(scene.reflectance)
+    field = shown.field
     known = yield from mapped(field.at_places([mesh.at_points() for mesh in meshes], roughly=True), lambda _: 0.0)
     for mesh, light in zip(meshes, known, strict=True):
         mesh.known = light
@@ -128,7 +130,7 @@ def bend_steps(field, meshes, allowed, budget, is_over=lambda: False):
         over = is_over()
         for (_, take), values in zip(found, light, strict=True):
             take(values)
-        squares = [mesh.squares(factor) for mesh in meshes]
+        squares = [mesh.squares(shown) for mesh in meshes]
         error = float(np.sqrt(sum(square.sum() for square in squares)))
         poor = poor + 1 if error > (1 - LEAST_GAIN * _most(error, allowed)) * least else 0
         least = min(least, error)

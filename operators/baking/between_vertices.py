@@ -12,15 +12,15 @@ MOST, MANY, FEW = 4000, 32, 8  # points in all, and on each object where that al
 # parts of an edge, for which meshes that are too coarse are looked at: the later where the former are not enough
 FINER = (2, 4, 8), (16, 32, 64)
 FEW_AT_ONCE = 4000  # places: as soon read all at once, a bundle of rays takes 5 ms however few they are
-# points of that, in all and on each object; 64 on 82 crates took five times the solving, 250 of a floor under a ball a
-# quarter of a draft's whole time
-LOOKED, LEAST_LOOKED = 100, 16
+# points of that, in all, and on how many objects, the worst: 250 points of a floor under a ball took a quarter of a
+# draft's whole time, 16 on each of 82 crates three quarters of a bake's
+LOOKED, WORST = 100, 6
 
 
 @dataclass
 class Between:
-    """error: relative L2 error of the interpolated colours over all objects, as Solution.error; parts (n objects,);
-    finer {index of an object that is too coarse: [(N, its part if each face were N x N)]}."""
+    """error: relative L2 error of the interpolated colours over all objects, as Shown counts it; parts (n objects,);
+    finer {index of one of the worst that are too coarse: [(N, its part if each face were N x N)]}."""
 
     error: float
     parts: np.ndarray
@@ -44,18 +44,19 @@ def looks_between(targets, points):
     ]
 
 
-def between_steps(field, targets, points, values, looks, here, allowed):
+def between_steps(shown, targets, points, values, looks, here, allowed):
     """Generator of the fraction done; returns Between.
 
-    field: the Field that is baked, before the exposure; values: [(k, 3)] of it at the BakePoints `points`; here
+    shown: of the Field that is baked, before the exposure; values: [(k, 3)] of it at the BakePoints `points`; here
     [(n, 3)] at the places of `looks`; allowed: the error from which on finer meshes are looked at.
     """
-    rng, norm = np.random.default_rng(1), field.solution.norm or np.inf  # nothing was to be found
+    rng, norm = np.random.default_rng(1), shown.norm
     colours = [p.colours(value)[:, :3].astype(float) for p, value in zip(points, values, strict=True)]
-    parts = [look.norm(look.between(c) - h, field) for look, c, h in zip(looks, colours, here, strict=True)]
+    parts = [look.norm(look.between(c), h, shown) for look, c, h in zip(looks, colours, here, strict=True)]
     between = Between(float(np.sqrt((np.array(parts) ** 2).sum())) / norm, np.array(parts) / norm)
     coarse = between.too_coarse(allowed)
-    looks = {int(k): Look(targets[k], points[k].domain, max(LOOKED // len(coarse), LEAST_LOOKED), rng) for k in coarse}
+    worst = coarse[:WORST].tolist()
+    looks = {k: Look(targets[k], points[k].domain, LOOKED // len(worst), rng) for k in worst}
     light, enough = {}, allowed / (2 * max(len(coarse), 1))
     between.finer = {k: [] for k in looks}
     at_once = [look.finer_places(times) for look in looks.values() for times in FINER[0] + FINER[1]]
@@ -63,12 +64,12 @@ def between_steps(field, targets, points, values, looks, here, allowed):
         short = {k: look for k, look in looks.items() if not any(error < enough for _, error in between.finer[k])}
         places = [look.places() for look in short.values() if not light]
         places += [look.finer_places(times) for look in short.values() for times in some]
-        found = iter((yield from distinct(field, places)))
+        found = iter((yield from distinct(shown.field, places)))
         light = light or {k: next(found) for k in short}
         for k, look in short.items():
             for times in some:
-                wrong = look.between_finer(times, next(found).reshape(-1, 3, 3)) - light[k]
-                between.finer[k].append((times, look.norm(wrong, field) / norm))
+                between_finer = look.between_finer(times, next(found).reshape(-1, 3, 3))
+                between.finer[k].append((times, look.norm(between_finer, light[k], shown) / norm))
     for finer in between.finer.values():
         last = [k for k, (_, error) in enumerate(finer) if error < enough]
         del finer[last[0] + 1 if last else len(finer) :]
@@ -140,10 +141,9 @@ class Look:
         """(n, 3) interpolated between values (n, 3, 3) at finer_places."""
         return np.einsum("nc,nci->ni", self._cut(times)[2], values)
 
-    def norm(self, wrong, field):
-        """L2 norm over the object of errors (n, 3), as radiance times metres."""
-        if field.quantity == "IRRADIANCE":
-            wrong = wrong * field.solution.scene.reflectance[self.surface]
+    def norm(self, found, light, shown):
+        """L2 norm over the object of the errors of what is found for the light (n, 3), as radiance times metres."""
+        wrong = (found - light) * shown.factor(self.surface, np.maximum(found, light))
         return float(np.sqrt(self.area * (wrong**2).sum(axis=1).sum() / max(len(wrong), 1)))
 
 

@@ -5,7 +5,7 @@ import re
 # how what is read says who a sentence is about
 QUOTED = r"""(?:'[^']*'|"[^"]*")"""  # as Python writes names: with an apostrophe in the other quotes
 NAMES = rf"(?P<name>{QUOTED}(?:, {QUOTED})*(?: and \d+ more)?)"
-ABOUT = re.compile(rf"^(?P<kind>Object|Material|World|Light)s? {NAMES}( \(.*?\))?:? ")
+ABOUT = re.compile(rf"^(?P<kind>Object|Material|World|Light|Scene)s? {NAMES}( \(.*?\))?:? ")
 NO_PART = "takes no part in the light"
 NO_COLOURS = "lights the others and gets no colours"
 NOT_WANTED = "is not among the objects to bake"

@@ -148,6 +148,7 @@ def _gather_steps(context, objects, baked, make_single_user, apply_modifiers):
         hidden = sum(obj.type == "MESH" for obj in view_layer.objects) - len(meshes)
         reading = Reading(None, [], gathered.refused, gathered.warnings, hidden)
         lamps = _lamps(visible, depsgraph, reading)
+        _film(context.scene, reading)
     return reading, gathered, lamps, wanted
 
 
@@ -234,14 +235,15 @@ def _read_object(mesh, indices, is_wanted):
         is_single_user=mesh.raw.single_user,
     )
     if mesh.baked:
-        side = np.array([(sides[0], sides[-1]) for sides in indices])
+        side = np.array([(sides[0], sides[-1]) for sides in indices]).ravel()
         baked, linear = mesh.baked, mesh.raw.matrix[:3, :3]
-        read.corner_surface = side[baked.corner_shape, baked.corner_back.astype(int)]
-        read.triangle_surface = side[baked.triangle_shape, baked.triangle_back.astype(int)]
+        read.corner_surface = side.take(2 * baked.corner_shape + baked.corner_back)
+        read.triangle_surface = side.take(2 * baked.triangle_shape + baked.triangle_back)
         if baked.normals is not None:
             is_mesh = np.array([isinstance(shape, MeshShape) for shape in mesh.shapes.shapes])
-            normals = unit(baked.normals @ turning_normals(linear).T)
-            read.corner_normals = np.where(is_mesh[baked.corner_shape, None], normals, 0.0)  # what is exact has its own
+            read.corner_normals = unit(baked.normals @ turning_normals(linear).T)
+            if not is_mesh.all():
+                read.corner_normals[~is_mesh[baked.corner_shape]] = 0.0  # what is exact has its own
             read.middles = baked.middles @ linear.T + mesh.raw.matrix[:3, 3]
     return read
 
@@ -252,6 +254,16 @@ def _lamps(visible, depsgraph, reading):
     reading.warnings += [f"{some('Light', names)} {text}" for text, names in found.told.items()]
     reading.lights += [(light.name, kind) for light, kind in zip(found.lights, found.kinds, strict=True)]
     return found
+
+
+def _film(scene, reading):
+    """Says what Cycles' film does to renders and to its own bakes: it is no light."""
+    cycles = getattr(scene, "cycles", None)  # an add-on
+    exposure = cycles.film_exposure if cycles and scene.render.engine == "CYCLES" else 1.0
+    if abs(exposure - 1) > SINGLE:
+        text = f"its Film > Exposure of {exposure:.3g} is not baked: renders with Cycles show these colours times it"
+        advice = f"set the bake's Exposure to {np.log2(exposure):.2f} to bake it too" if exposure > 0 else "raise it"
+        reading.warnings.append(f"Scene {scene.name!r}: {text}; {advice}")
 
 
 def _background(world, reading):

@@ -32,6 +32,7 @@ def set_up(names):
     cycles.use_adaptive_sampling = cycles.use_light_tree = cycles.use_denoising = False
     cycles.max_bounces = cycles.diffuse_bounces = BOUNCES
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
+    cycles.film_exposure, cycles.use_fast_gi = 1.0, False
     for obj in bpy.context.view_layer.objects:
         obj.select_set(False)
     for name in names:

@@ -4,9 +4,10 @@
 
 Writes docs/benchmarks/people_scenes.json (what is there of other scenes and versions stays) and, into build/people, the
 .blend files and pictures: ours, Cycles', and their signed difference where grey is none.
-L2 over face corners by area: ours against the mean of two of Cycles' bakes; noise is that mean's own. l2_elsewhere
-leaves out the corners at which the two differ by definition: what lies against another object, which Cycles bakes as if
-it were not there or all black, and normals bent over a sharp edge, which Cycles lights from below the face's horizon.
+L2 over face corners by area, relative to what is not emitted there: ours against the mean of two of Cycles' bakes;
+noise is that mean's own. l2_elsewhere leaves out the corners at which the two differ by definition: what lies against
+another object, which Cycles bakes as if it were not there or all black, and normals bent over a sharp edge,
+which Cycles lights from below the face's horizon.
 """
 
 import json
@@ -28,7 +29,7 @@ REFINED = ("cornell", "level")  # as coarse as people have them: baked, given ve
 CHEAP = float(os.environ.get("CHEAP", 5))
 SECONDS = float(os.environ.get("CYCLES_SECONDS", 40))  # of each of Cycles' two bakes, about
 TOUCHING, BENT = 1e-4, 0.35  # m of another object; radians of a normal from its face's
-LONGEST = 600  # s, one scene in one version
+LONGEST = float(os.environ.get("LONGEST", 1800))  # s, one scene in one version
 NEWEST = "5.2"
 MODULE = "bl_ext.user_default.pdm_radiosity"
 
@@ -148,7 +149,8 @@ def corners(attribute):
 
 
 def cycles(name, path):
-    """{"values": {object: (2, corners, 3)}, "samples", "seconds"}: radiance from two seeds, kept in FOLDER."""
+    """{"values": {object: (2, corners, 3)}, "glow": {object: (corners, 3)}, "samples", "seconds"}: radiance from two
+    seeds and what of it is emitted, kept in FOLDER."""
     import bpy
     import numpy as np
 
@@ -189,10 +191,13 @@ def cycles(name, path):
         samples = int(min(max((SECONDS - base) / each, 16), 4096))
         (one, seconds), (other, again) = bake(samples, 1), bake(samples, 2)
         arrays = {key: np.stack([one[key], other[key]]) + glow[key] for key in names}
-        np.savez(kept, samples=samples, seconds=(seconds + again) / 2, **{f"v:{k}": v for k, v in arrays.items()})
+        named = {f"{part}:{k}": v for part, each in (("v", arrays), ("g", glow)) for k, v in each.items()}
+        np.savez(kept, samples=samples, seconds=(seconds + again) / 2, **named)
     with np.load(kept) as data:
-        values = {key[2:]: data[key] for key in data.files if key.startswith("v:")}
-        return {"values": values, "samples": int(data["samples"]), "seconds": float(data["seconds"])}
+        values, glow = ({key[2:]: data[key] for key in data.files if key.startswith(part)} for part in ("v:", "g:"))
+        return {
+            "values": values, "glow": glow, "samples": int(data["samples"]), "seconds": float(data["seconds"])
+        }  # fmt: skip
 
 
 def weights(obj):
@@ -241,15 +246,15 @@ def compare(row, colours, theirs):
             continue
         w = weights(bpy.data.objects[name])[:, None]
         good = np.isfinite(pair).all(axis=(0, 2))
-        mean, w = pair[:, good].mean(axis=0), w[good]
-        a, s = (w * (values[good] - mean) ** 2).sum(), (w * mean**2).sum()
+        mean, w, reflected = pair[:, good].mean(axis=0), w[good], (pair.mean(axis=0) - theirs["glow"][name])[good]
+        a, s = (w * (values[good] - mean) ** 2).sum(), (w * reflected**2).sum()
         n = (w * (pair[0][good] - pair[1][good]) ** 2).sum() / 4
         apart, size, noise = apart + a, size + s, noise + n
         bias = (w * (values[good] - mean)).sum() / max((w * mean).sum(), 1e-30)
         each[name] = [float(np.sqrt(v / max(s, 1e-30))) for v in (a, n)] + [float(bias)]
         w = w * same[name][good, None]
         apart_elsewhere += (w * (values[good] - mean) ** 2).sum()
-        size_elsewhere += (w * mean**2).sum()
+        size_elsewhere += (w * reflected**2).sum()
     row["l2"], row["noise"] = (float(np.sqrt(v / max(size, 1e-30))) for v in (apart, noise))
     row["l2_elsewhere"] = float(np.sqrt(apart_elsewhere / max(size_elsewhere, 1e-30)))
     row["cycles"] = {"samples": theirs["samples"], "seconds": theirs["seconds"]}

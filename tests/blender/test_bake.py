@@ -258,6 +258,25 @@ def test_scripts_leave_the_mode_and_go_back_to_it(mode):
     assert scenes.vertices(floor)[0, 2] == (-1 if mode == "EDIT" else 0)
 
 
+@pytest.mark.parametrize("active", ["Floor", "Lamp", None])
+def test_all_that_is_edited_is_left_and_edited_again_and_nothing_else(active):
+    """Whatever is active, selected or hidden by then."""
+    floor, ball, lamp = scenes.lit_ball()
+    layer, hidden = bpy.context.view_layer, scenes.box("Hidden", 0.1)
+    for obj in (floor, ball, hidden):
+        obj.select_set(True)
+    layer.objects.active = floor
+    bpy.ops.object.mode_set(mode="EDIT")
+    ball.select_set(False)
+    lamp.select_set(True)
+    hidden.hide_set(True)
+    layer.objects.active = active and layer.objects[active]
+    assert bpy.ops.pdm.bake(target_error=0.2) == {"FINISHED"}
+    assert [obj.mode for obj in (floor, ball, hidden, lamp)] == ["EDIT", "EDIT", "EDIT", "OBJECT"]
+    assert [obj.select_get() for obj in (floor, ball, lamp)] == [True, False, True] and hidden.hide_get()
+    assert layer.objects.active == (active and layer.objects[active])
+
+
 def test_linked_mesh_is_not_baked(tmp_path):
     scenes.lit_ball()
     library = tmp_path / "library.blend"

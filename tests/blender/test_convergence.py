@@ -168,6 +168,7 @@ def test_command_line(addon, tmp_path, capfd):
 def test_cycles_agrees_but_for_its_noise_and_facets(addon, cycles_samples):
     cycles_samples(1, 8, 64)
     scenes.lit_ball()
+    bpy.context.scene.cycles.film_exposure = 2.0  # which Cycles bakes too, and we do not
     module = addon("operators.reporting.convergence")
     settings = module.ConvergenceSettings(time_limit=NEVER, tightest=0.01, published=False, cycles=True)
     result = addon("pdm_core.signs_of_life").finish(module.convergence_steps(bpy.context, settings))

@@ -20,6 +20,7 @@ def test_one_table_of_what_is_left_out():
     lamp = bpy.data.objects.new("Off", bpy.data.lights.new("Off", "POINT"))
     lamp.data.energy = -1
     bpy.context.collection.objects.link(lamp)
+    bpy.context.scene.render.engine, bpy.context.scene.cycles.film_exposure = "CYCLES", 2.0
     bpy.ops.pdm.bake(target_error=0.1)
     report = bpy.context.scene.pdm_radiosity.report()
     rows = {(row["kind"], row["name"]): row for row in report["left_out"]}
@@ -31,6 +32,8 @@ def test_one_table_of_what_is_left_out():
     assert (pane["what"], pane["effect"]) == ("its Alpha is below 1", "it is taken as opaque")
     off = rows["Light", "Off"]
     assert "takes light away" in off["what"] and "use a strength above 0" in off["advice"]
+    film = rows["Scene", "Scene"]
+    assert "Film > Exposure of 2 " in film["what"] and "times it" in film["effect"] and "1.00" in film["advice"]
 
 
 def lamp(name, kind, place, turn=(0, 0, 0), **settings):

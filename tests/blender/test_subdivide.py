@@ -380,6 +380,25 @@ def test_few_vertices(addon):
     assert needed([[(1, 0.3), (2, 0.3), (4, 0.1), (8, 0.02)], [(1, 0.001)]], [1, 1000], 0.02).tolist()[1] == 1
 
 
+def test_a_glare_that_nobody_sees_does_not_hide_the_shadows():
+    """A lamp just below a ceiling, as in the Cornell box: most of all light is on the ceiling behind it."""
+    white = scenes.material("White", (0.7, 0.7, 0.7))
+    floor = scenes.grid("Floor", 1, 5.0, made_of=white)
+    up = Matrix.Translation((0, 0, 5)) @ Matrix.Rotation(np.pi, 4, "X")
+    scenes.grid("Ceiling", 1, 5.0, up, white)
+    scenes.grid("Lamp", 1, 1.0, Matrix.Translation((0, 0, -0.002)) @ up, scenes.material("Lamp", emission=(20, 20, 20)))
+    scenes.box("Box", 1.5, Matrix.Translation((0.3, 0.2, 1.5)), white)
+    bpy.ops.pdm.bake(target_error=0.05)
+    bpy.ops.pdm.subdivide()
+    assert len(floor.data.vertices) > 50
+    bpy.ops.pdm.bake(target_error=0.05)
+    colours, at = scenes.colours(floor)[:, 0], scenes.vertices(floor)[:, :2]
+    if len(colours) != len(at):
+        at = at[[loop.vertex_index for loop in floor.data.loops]]
+    shadow = np.abs(at - [0.3, 0.2]).max(axis=1) < 0.5
+    assert shadow.any() and colours[shadow].max() < 0.5 * colours.max()
+
+
 def test_what_cannot_be_subdivided_is_said():
     floor, _, _ = scenes.lit_ball()
     with pytest.raises(RuntimeError, match="Bake first"):
