@@ -39,8 +39,10 @@ th:first-child,td:first-child,th:nth-child(2),td:nth-child(2){text-align:left}
 svg{width:100%;height:auto;display:block}svg text{fill:var(--ink);font:13px system-ui,sans-serif}
 .grid{stroke:var(--line)}figure{margin:0}.key span{margin-right:1.2em;white-space:nowrap}
 svg.plot{overflow:visible}svg.sign{display:inline;width:1em;height:1em;vertical-align:-.1em}
-@media(max-width:70rem){.hint{display:block}}@media(max-width:32rem){svg text{font-size:20px}.key span{white-space:normal}}
-@media print{.hint{display:none}.wide{overflow:visible;transform:none;left:0}.wide table{font-size:.5rem}.wide th,.wide td{padding:.15rem .25rem}}
+@media(max-width:70rem){.hint{display:block}}
+@media(max-width:32rem){svg text{font-size:20px}.key span{white-space:normal}}
+@media print{.hint{display:none}.wide{overflow:visible;transform:none;left:0}
+.wide table{font-size:.5rem}.wide th,.wide td{padding:.15rem .25rem}}
 svg.map{max-width:34rem;background:#222;border-radius:4px;margin:.4rem 0}
 .ramp{height:1rem;border-radius:3px;max-width:24rem}
 .ends{display:flex;justify-content:space-between;max-width:24rem}li{margin:.15rem 0}
