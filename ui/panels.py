@@ -126,7 +126,7 @@ def _result(layout, context, report):
             wrapped(layout, context, reasons, "INFO")
     above = report.get("above_one", {"share": 0.0})  # older reports have none
     if above["share"] > MUCH:
-        text = say("{} is above 1, white here: try Exposure {}", percent(above["share"]),
+        text = say("{} is above 1, white here: try Exposure {} (F9)", percent(above["share"]),
                    f"{above['exposure']:.1f}")  # fmt: skip
         wrapped(column, context, text, "LIGHT_SUN")
     layout.operator(PDM_OT_show_colours.bl_idname, icon="SHADING_SOLID", depress=is_shown(context.screen))
