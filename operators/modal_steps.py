@@ -202,7 +202,7 @@ def status():
     """Where the work is, on one line."""
     stage = current.stage
     reached = say(", error {}", percent(stage.error)) if math.isfinite(stage.error) else ""
-    return f"{say(stage.text)}: {100 * current.done():.0f} %{reached}, {duration(current.elapsed())}.  {say(CANCELS)}"
+    return f"{told(stage.text)}: {100 * current.done():.0f} %{reached}, {duration(current.elapsed())}.  {say(CANCELS)}"
 
 
 def stop_bake(context):
