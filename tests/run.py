@@ -155,8 +155,8 @@ def bench():
 
 
 def report():
-    """Error against run time: of the report's scenes by the installed zip, docs/results; the README's plot of the classic
-    rooms, and its tables from docs/benchmarks. Some 12 minutes."""
+    """Error against run time: of the report's scenes by the installed zip, docs/results; the README's plot of the
+    classic rooms, and its tables from docs/benchmarks. Some 12 minutes."""
     python, plain = venv("blender-5.2", *BLENDER["blender-5.2"]), venv("bench", "3.13", ["numpy", "matplotlib"])
     runs = [
         [python, "results.py", "docs/results"],
