@@ -16,7 +16,7 @@ from .words import say
 
 CATEGORY = "Radiosity"  # tab of the sidebar
 TICK = 0.002  # s between timer events: hardly a wait between slices
-SLICE = 0.06  # s of work in each, and then no more than what a step takes longer than the last, 40 ms at most: input
+SLICE = 0.04  # s of work in each, and then no more than what a step takes longer than the last, 50 ms at most: input
 # waits no longer than .1 s
 DRAWING = 0.1  # share of the time that drawing the progress may take
 DRAWN = 0.2, 5.0  # s, least and most from one drawing to the next
@@ -202,7 +202,7 @@ def status():
     """Where the work is, on one line."""
     stage = current.stage
     reached = say(", error {}", percent(stage.error)) if math.isfinite(stage.error) else ""
-    return f"{say(stage.text)}: {100 * current.done():.0f} %{reached}, {duration(current.elapsed())}.  {say(CANCELS)}"
+    return f"{told(stage.text)}: {100 * current.done():.0f} %{reached}, {duration(current.elapsed())}.  {say(CANCELS)}"
 
 
 def stop_bake(context):

@@ -33,7 +33,7 @@ WORDS = {
     "Error {} in {}": "Erro {} em {}",
     "Error {}: above the target": "Erro {}: acima do pedido",
     "{} off between vertices": "Erro de {} entre os vértices",
-    "{} is above 1, white here: try Exposure {}": "{} passa de 1, branco aqui: tente Exposição {}",
+    "{} is above 1, white here: try Exposure {} (F9)": "{} passa de 1, branco aqui: tente Exposição {} (F9)",
     "Subdivide and Bake Again": "Subdividir e calcular de novo",
     "Keep the Best So Far": "Ficar com o melhor até agora",
     "Error {}, target {}": "Erro {}, pedido {}",

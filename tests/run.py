@@ -155,11 +155,20 @@ def bench():
 
 
 def report():
-    """Error against run time of the report's scenes, by the installed zip: docs/results, some 8 minutes."""
-    python = venv("blender-5.2", *BLENDER["blender-5.2"])
+    """Error against run time: of the report's scenes by the installed zip, docs/results; the README's plot of the
+    classic rooms, and its tables from docs/benchmarks. Some 12 minutes."""
+    python, plain = venv("blender-5.2", *BLENDER["blender-5.2"]), venv("bench", "3.13", ["numpy", "matplotlib"])
+    runs = [
+        [python, "results.py", "docs/results"],
+        [plain, "rooms.py", "docs/benchmarks/rooms.json", "docs/error_time.png"],
+        [plain, "tables.py"],
+    ]
+    code = 0
     with fresh_blender(build_zip()) as environment:
-        words = [python, "tests/benchmarks/results.py", "docs/results"]
-        return subprocess.run(words, cwd=ROOT, env={**environment, "OPENBLAS_NUM_THREADS": "1"}).returncode
+        for interpreter, script, *outputs in runs:
+            words = [interpreter, f"tests/benchmarks/{script}", *outputs]
+            code = subprocess.run(words, cwd=ROOT, env={**environment, "OPENBLAS_NUM_THREADS": "1"}).returncode or code
+    return code
 
 
 def lint():

@@ -20,6 +20,7 @@ from ..operators.settings import SETTING_NAMES
 from ..operators.show_colours import PDM_OT_show_colours, is_shown
 from ..operators.subdivide import PDM_OT_subdivide
 from ..operators.subdivide_meshes import stuck, too_coarse
+from ..operators.told import told
 from ..operators.words import many, say
 from .previews import picture
 from .wrapped import wrapped
@@ -89,7 +90,7 @@ def _ready(layout, context, settings):
 
 def _running(layout, context):
     stage, column = current.stage, layout.column()
-    column.progress(factor=current.done(), text=say(stage.text))
+    column.progress(factor=current.done(), text=told(stage.text))
     left = current.left()
     text = duration(current.elapsed())
     wrapped(column, context, text if left is None else say("{}, about {} left", text, roughly(left)), "TIME")
@@ -126,7 +127,7 @@ def _result(layout, context, report):
             wrapped(layout, context, reasons, "INFO")
     above = report.get("above_one", {"share": 0.0})  # older reports have none
     if above["share"] > MUCH:
-        text = say("{} is above 1, white here: try Exposure {}", percent(above["share"]),
+        text = say("{} is above 1, white here: try Exposure {} (F9)", percent(above["share"]),
                    f"{above['exposure']:.1f}")  # fmt: skip
         wrapped(column, context, text, "LIGHT_SUN")
     layout.operator(PDM_OT_show_colours.bl_idname, icon="SHADING_SOLID", depress=is_shown(context.screen))
@@ -233,8 +234,8 @@ def _report(layout, context):
         wrapped(layout, context, say(CURVE))
     foretold = {float(target): s for target, s in (report.get("foretold") or {}).items() if s}
     tighter = {target: s for target, s in foretold.items() if target < (report["error"] or 0.0)}
-    told = [say("{}: about {}", percent(target), roughly(s)) for target, s in tighter.items()]
-    _list(layout, context, told, "For tighter targets", "TIME")
+    texts = [say("{}: about {}", percent(target), roughly(s)) for target, s in tighter.items()]
+    _list(layout, context, texts, "For tighter targets", "TIME")
     if errors := report.get("heat_map"):
         top = percent(errors["top"])
         text = say("{}: violet none, green half, yellow {} of the mean light", errors["attribute"], top)
@@ -282,10 +283,10 @@ def _convergence(layout, context):
     picture(layout, "convergence", str(curves), lambda: graph(curves, last["floor"]))
     box = layout.box().column(align=True)
     for method in dict.fromkeys(row[0] for row in last["rows"]):
-        box.label(text=method.capitalize(), icon="DOT")
+        box.label(text=told(method).capitalize(), icon="DOT")
         for _, setting, seconds, error in (row for row in last["rows"] if row[0] == method):
             line = box.split(factor=0.55)
-            line.label(text=setting)
+            line.label(text=told(setting))
             line.label(text=seconds)
             line.label(text=error)
     layout.operator(PDM_OT_convergence_page.bl_idname, icon="URL")

@@ -254,7 +254,7 @@ def result_steps(context, reading, places, keep, reference, plan):
     """
     solution, (at_vertices, everywhere) = reference
     own = places.split(materials_at(reading.scene, places.surface, places.points)[1])
-    steps = solution.estimated_error_steps(*places.vertices)
+    steps = solution.estimated_error_steps(places.surface, places.points)
     unsure = yield from mapped(steps, lambda done: Stage("Estimating errors", done, np.inf))
     runs = []
     for run in keep.runs:
@@ -281,10 +281,11 @@ def result_steps(context, reading, places, keep, reference, plan):
 
 def _where(solution, places, error, light, own):
     """worst: the vertices of the largest estimated errors, of each object the worst alone, worst first; map: [across,
-    up, error] of vertices whose sides face VIEW_FROM, as seen from there, farthest first, in sizes of the picture."""
-    surface, points = places.vertices
+    up, error] of places whose sides face VIEW_FROM, as seen from there, farthest first, in sizes of the picture: not of
+    vertices alone, of which a floor may have four."""
+    points = places.points
     size = max(float(np.sqrt(((light - own) ** 2).sum(axis=1).mean())), 1e-300)
-    order = np.argsort(-error)
+    order = np.argsort(-places.split(error)[0])
     first = order[np.sort(np.unique(places.names[order], return_index=True)[1])][:WORST]
     worst = [
         {
@@ -295,7 +296,7 @@ def _where(solution, places, error, light, own):
         }
         for k in first
     ]
-    return {"worst": worst, "map": _picture(solution.scene, surface, points, error / size)}
+    return {"worst": worst, "map": _picture(solution.scene, places.surface, points, error / size)}
 
 
 def _picture(scene, surface, points, error):

@@ -7,7 +7,7 @@ from html import escape
 
 from .ramp import css, css_stops
 
-WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 720, 420, 70, 16, 16, 52  # of the plot, in its own units
+WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 720, 428, 70, 16, 16, 60  # of the plot, in its own units
 EXACT, PUBLISHED, CYCLES = "this bake", "published method", "Cycles"
 STYLES = {  # colour (light, dark), marker, name: told apart without colour too
     EXACT: ("#0b62b8", "#6cb4ff", "circle"),
@@ -30,14 +30,19 @@ STYLE = """
 @media print{:root{--ink:#000;--paper:#fff;--soft:#333;--line:#bbb;--shade:#8884}section{break-inside:avoid}}
 body{font:16px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--paper);max-width:60rem;margin:0 auto;
 padding:1rem}h1{font-size:1.5rem;margin:.2rem 0}h2{font-size:1.15rem;margin:1.6rem 0 .4rem}p{margin:.4rem 0}
-.soft,figcaption{color:var(--soft);font-size:.9rem}.wide{overflow-x:auto}table{border-collapse:collapse;
-font-size:.85rem;font-variant-numeric:tabular-nums}th,td{padding:.25rem .6rem;border-bottom:1px solid var(--line);
-text-align:right;white-space:nowrap}th:first-child,td:first-child,th:nth-child(2),td:nth-child(2){text-align:left}
+.scroll{overflow-x:auto}.wide{width:max-content;max-width:calc(100vw - 2.5rem);position:relative;left:50%;
+transform:translateX(-50%)}.hint{display:none}
+.soft,figcaption{color:var(--soft);font-size:.9rem}table{border-collapse:collapse;
+font-size:.8rem;font-variant-numeric:tabular-nums}th,td{padding:.25rem .4rem;border-bottom:1px solid var(--line);
+text-align:right;vertical-align:bottom}td{white-space:nowrap}
+th:first-child,td:first-child,th:nth-child(2),td:nth-child(2){text-align:left}
 svg{width:100%;height:auto;display:block}svg text{fill:var(--ink);font:13px system-ui,sans-serif}
 .grid{stroke:var(--line)}figure{margin:0}.key span{margin-right:1.2em;white-space:nowrap}
 svg.plot{overflow:visible}svg.sign{display:inline;width:1em;height:1em;vertical-align:-.1em}
+@media(max-width:70rem){.hint{display:block}}
 @media(max-width:32rem){svg text{font-size:20px}.key span{white-space:normal}}
-@media print{.wide{overflow:visible}.wide table{font-size:.5rem}.wide th,.wide td{padding:.15rem .25rem}}
+@media print{.hint{display:none}.wide{overflow:visible;transform:none;left:0}
+.wide table{font-size:.5rem}.wide th,.wide td{padding:.15rem .25rem}}
 svg.map{max-width:34rem;background:#222;border-radius:4px;margin:.4rem 0}
 .ramp{height:1rem;border-radius:3px;max-width:24rem}
 .ends{display:flex;justify-content:space-between;max-width:24rem}li{margin:.15rem 0}
@@ -169,13 +174,13 @@ def _grid(axes):
     for decade in range(axes.x[0], axes.x[1] + 1):
         x = axes.at(10.0**decade, 10.0 ** axes.y[0])[0]
         parts.append(f'<line class="grid" x1="{x:.1f}" x2="{x:.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"/>')
-        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 18}" text-anchor="middle">{10.0**decade:g}</text>')
+        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 24}" text-anchor="middle">{10.0**decade:g}</text>')
     for decade in range(axes.y[0], axes.y[1] + 1):
         y = axes.at(10.0 ** axes.x[0], 10.0**decade)[1]
         parts.append(f'<line class="grid" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}"/>')
         parts.append(f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end">{100 * 10.0**decade:g} %</text>')
     middle = (LEFT + WIDTH - RIGHT) / 2
-    parts.append(f'<text x="{middle}" y="{HEIGHT - 12}" text-anchor="middle">seconds, with the vertices</text>')
+    parts.append(f'<text x="{middle}" y="{HEIGHT - 10}" text-anchor="middle">seconds, with the vertices</text>')
     return "".join(parts)
 
 
@@ -279,7 +284,8 @@ def _table(result):
         "beside what Blender held before it."
     )
     return (
-        f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
+        '<p class="soft hint">Scroll the table sideways for all its columns.</p><div class="scroll wide" tabindex="0" '
+        f'role="region" aria-label="Table"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
         f'<p class="soft">{note}</p>'
     )
 
@@ -315,14 +321,14 @@ def _where(result):
     return (
         f'{_map(result["map"], top)}<div class="ramp" style="background:linear-gradient(90deg,{css_stops()})"></div>'
         f'<div class="ends soft"><span>0 %</span><span>{percent(top)} of the mean light</span></div>'
-        '<div class="wide"><table><thead><tr><th scope="col">Object</th><th scope="col">Worst vertex, m</th>'
+        '<div class="scroll"><table><thead><tr><th scope="col">Object</th><th scope="col">Worst vertex, m</th>'
         f'<th scope="col">Estimated error</th></tr></thead><tbody>{rows}</tbody></table></div>'
         '<p class="soft">Estimated, of the tightest run: where the field is coarse and what it passes on.</p>'
     )
 
 
 def _map(dots, top):
-    """The baked vertices that face the eye as dots, coloured by their estimated errors; SVG, in hundredths."""
+    """The places that face the eye as dots, coloured by their estimated errors; SVG, in hundredths."""
     if not dots:
         return ""
     high = max(up for _, up, _ in dots)
@@ -330,7 +336,7 @@ def _map(dots, top):
         f'<circle cx="{100 * across:.1f}" cy="{100 * (high - up):.1f}" r=".55" fill="{css(error / top)}"/>'
         for across, up, error in dots
     )
-    label = "The vertices that face the eye, coloured by estimated error; the table below names the worst"
+    label = "Places that face the eye, coloured by estimated error; the table below names the worst"
     return f'<svg class="map" viewBox="-1 -1 102 {100 * high + 2:.0f}" role="img" aria-label="{label}">{body}</svg>'
 
 

@@ -18,6 +18,7 @@ from .kept import KeptLinks
 from .light import SolvedLight
 
 FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
+GROWTH = 2  # of an evaluation over the one before it, at most
 
 
 class Solution(ReadOff):
@@ -44,7 +45,8 @@ class Solution(ReadOff):
             part = slice(done, done + chunk)
             out[part] = self._light.incident(surface[part], points[part] - self._light.transport.origin)
             speed = chunk / max(time.perf_counter() - begun, 1e-6)
-            done, chunk = done + chunk, int(np.clip(speed * TICK, FIRST_CHUNK, CACHED))
+            most = min(GROWTH * chunk, CACHED)  # what is remembered takes no time, what comes next may not be
+            done, chunk = done + chunk, int(np.clip(speed * TICK, FIRST_CHUNK, most))
             yield min(done / len(points), 1.0)
         return np.maximum(out, 0.0)
 

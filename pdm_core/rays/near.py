@@ -108,7 +108,7 @@ class NearHits:
         return found.take(np.sort(nearest))
 
     def settle(self):
-        """Generator with a sign of life a bundle; returns (n, 3), what they tell more."""
+        """Generator with signs of life; returns (n, 3), what they tell more."""
         out = np.zeros((len(self.receivers), 3))
         if not self.found:
             return out
@@ -119,10 +119,12 @@ class NearHits:
                 break
             hits.weight *= hits.of(state.nodes.reflectance)
             there = at_hits(state.facets, hits.facet, hits.front, hits.place)
+            yield
             light = np.where(state.beamed[:, None], 0.0, state.light)
             factor = yield from state.shares.scattered(there)
             more = np.einsum("nkc,kc->nc", factor, light) - hits.of(state.received)
-            np.add.at(out, hits.who, hits.weight * more)
+            out += self._summed(hits, more)
+            yield
             # where more is at stake, the more rays go on
             each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1).astype(int)
             index, turn_of = in_turn(each)
@@ -130,10 +132,16 @@ class NearHits:
             hits.weight /= each[:, None]
             hits.number = again * hits.number + turn_of * again // each
             again, ways = 1, max(ways // 2, 1)
+            yield
             more, onward = yield from self._onward(hits, there, turn, directions(ways))
-            np.add.at(out, hits.who, hits.weight * more)
+            yield
+            out += self._summed(hits, more)
             hits = onward
         return out
+
+    def _summed(self, hits, more):
+        """(n receivers, 3) What more (h, 3) the _Hits tell, by their weights."""
+        return np.stack([np.bincount(hits.who, c, len(self.receivers)) for c in (hits.weight * more).T], axis=1)
 
     def _onward(self, hits, there, turn, ways):
         """One ray from each hit, along one of ways (m, 3): what it tells of the light of others and the sky (h, 3), and

@@ -67,7 +67,7 @@ SCENES = {
 def run(name, folder, seconds):
     """The result, and its page renamed after the scene."""
     SCENES[name][1]()
-    bpy.context.scene.name = name
+    bpy.context.scene.name = SCENES[name][0]  # the title of its page
     bpy.ops.pdm.convergence(time_limit=seconds, tightest=TIGHTEST, published=True, cycles=True, folder=str(folder))
     for kind in KINDS:
         os.replace(folder / f"convergence.{kind}", folder / f"{name}.{kind}")

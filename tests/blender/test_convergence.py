@@ -119,6 +119,23 @@ def test_meshes_and_lamps_are_measured_too(rock_and_lamp, addon, cycles_samples)
     assert "Shadow rays" in page and "Visibility tests" not in page
 
 
+def test_floors_of_four_vertices_are_in_the_picture(addon):
+    scenes.grid("Floor", 1, 4.0, made_of=scenes.material("Floor", (0.6, 0.5, 0.4)))
+    lamp = scenes.material("Lamp", emission=(5.0, 4.0, 3.0))
+    turned = scenes.Matrix.Translation((1, 0, 4)) @ scenes.Matrix.Rotation(np.pi, 4, "X")
+    scenes.grid("Lamp", 1, 1.0, turned, lamp)
+    module = addon("operators.reporting.convergence")
+    settings = module.ConvergenceSettings(time_limit=NEVER, tightest=0.16, published=False)
+    result = addon("pdm_core.signs_of_life").finish(module.convergence_steps(bpy.context, settings))
+    assert result["vertices"] == 8 and len(result["map"]) > 500  # dots
+    assert {item["object"] for item in result["worst"]} <= {"Floor", "Lamp"}
+
+
+def test_wide_tables_are_reached_by_the_keyboard(result, tmp_path):
+    html = (tmp_path / "convergence.html").read_text(encoding="utf-8")
+    assert 'tabindex="0" role="region" aria-label="Table"' in html
+
+
 def test_slopes_are_those_of_powers(addon):
     page = addon("operators.reporting.convergence_page")
     seconds = [0.1, 1.0, 7.0]

@@ -11,12 +11,13 @@ ROOT = Path(__file__).resolve().parents[2]
 OF_PROGRAMS = {
     "operators": {"command_line", "farm", "farm_child", "convergence_operator", "example_room", "settings", "listed"},
     "operators/baking": {"adaptive_mesh", "finer_mesh", "left_out"},
-    "pdm_core": {"checked", "form_factors", "lights", "patch_radiosity", "published", "radiosity", "read_off"},
+    "operators/reporting": {"convergence_page", "cycles_script", "graph_image", "peak_memory", "ramp", "render_image"},
+    "pdm_core": {"checked", "form_factors", "lights", "published", "radiosity", "read_off"},
     "pdm_core/links": {"kept", "solution"},
     "pdm_core/rays": {"kept", "direct", "aimed"},
 }
-FOLDERS = "operators", "operators/baking", "operators/reading", "pdm_core", "pdm_core/links", "pdm_core/rays"
-FOLDERS += ("pdm_core/shapes",)
+FOLDERS = "operators", "operators/baking", "operators/reporting", "operators/reading"
+FOLDERS += ("pdm_core", "pdm_core/links", "pdm_core/rays", "pdm_core/shapes")
 SENTENCE = re.compile(r"(?!(Mesh|Plane|Polygon|Sphere) [a-z]+( {})?$).*[a-z]{2,} [a-z]")  # these are arguments
 # parts of sentences that stand here whole, with what they are put into: EXAMPLES
 PARTS = {
@@ -60,9 +61,13 @@ NOT_SHOWN = {
     "Mesh faces have corners that are no vertex; use indices from 0 to {}",
     "Mesh vertices must have shape (n, 3), not {}",
     "Mesh faces are {}; give (f, 3) or a list of corner lists", "Polygon: holes are {}; give a list of outlines (n, 3)",
-    "Scene rounding", "Scene background",
+    "Scene rounding", "Scene background", "shadow rays", "a whole number above 0",
+    "patch_radiosity: {}; use solve", "patch_radiosity: {} patches are more than {}; use fewer divisions",
 }  # fmt: skip
 EXAMPLES = {
+    "targets from 0.125 % on are left out: the time limit":
+        "pedidos a partir de 0.125 % ficam de fora: o limite de tempo",
+    "Published method, 3 x 3 patches, 5 points": "Método publicado, 3 x 3 retalhos, 5 pontos",
     "Object 'Cube' has 3 faces without area: they are left out": "Objeto 'Cube' tem 3 faces sem área: ficam de fora",
     "has 1 face on another face of its own: it is read once": "tem 1 face sobre outra face sua: lida uma só vez",
     "Material 'A; b: c' (objects 'D', 'E' and 2 more): the Base Color of its Diffuse BSDF node is linked to Image "

@@ -1,12 +1,13 @@
 """Kept light under other light is what relighting and reading off anew give."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from rooms import ball_room, mixed_room
 
-from pdm_core import Plane, PointLight, Polygon, Scene, SceneError, Surface, solve
+from pdm_core import Plane, PointLight, Polygon, Scene, SceneError, Sphere, Surface, solve
 from pdm_core.compare import points_over
 from pdm_core.signs_of_life import finish
 
@@ -122,3 +123,12 @@ def test_what_stands_there_is_read_beside_as_the_solution_does():
     kept = solution.kept(np.zeros(3, int), edge)
     assert solution.radiance(0, edge).min() > 0.15  # half of the sky is open there
     assert off(kept.radiance(solution.scene), solution.radiance(0, edge)) < 1e-5
+
+
+def test_what_is_remembered_does_not_make_the_next_step_long(monkeypatch):
+    surfaces = [Surface(Plane((-1, -1, 0), (2, 0, 0), (0, 2, 0)), 0.5), Surface(Sphere.at((0, 0, 1), 0.2), 0.0, 1.0)]
+    solution, points = solve(Scene(surfaces), 0.1), np.random.default_rng(0).uniform((-1, -1, 0), (1, 1, 0), (4000, 3))
+    monkeypatch.setattr("pdm_core.links.solution.time", SimpleNamespace(perf_counter=lambda: 0.0))  # at once, each
+    done = np.array([0.0, *solution.incident_steps(np.zeros(len(points), int), points)])
+    step = len(points) * np.diff(done)
+    assert (step[1:] <= 2.01 * step[:-1]).all() and len(step) > 3

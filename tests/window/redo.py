@@ -67,8 +67,10 @@ def steps():
     x, y = place(12)
     move(x, y)
     yield 0.5
+    closed = region("HUD").height
     click(x, y)
-    yield 2.0
+    yield from until(lambda: region("HUD").height > 3 * closed)
+    yield 1.0
     shot("open")
     for name, value in EXPECTED.items():
         last, begun = settings().last_report, time.perf_counter()
