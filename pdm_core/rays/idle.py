@@ -9,6 +9,7 @@ def idle_of(state):
     seen = (state.factor > 0).any(axis=(0, 2)) | state.beamed
     lamps = list(zip(state.sources[: len(seen) - len(state.spots)], seen)) if len(state.factor) else []
     useful = [s.shape.bounds for s, some in lamps if s.is_surface and some]
+    parts = {s.index for s, some in lamps if s.is_surface and some}
     centre, radius = np.array([c for c, _ in useful]).reshape(-1, 3), np.array([r for _, r in useful])
 
     def has_others(source):
@@ -16,4 +17,4 @@ def idle_of(state):
         return bool((np.linalg.norm(centre - own, axis=1) <= radius + reach).any())
 
     idle = [s for s, some in lamps if not some and s.colour.any()]
-    return [s.name for s in idle if not (s.is_surface and has_others(s))]
+    return list(dict.fromkeys(s.name for s in idle if not (s.is_surface and (s.index in parts or has_others(s)))))

@@ -36,14 +36,14 @@ class Source(Light):
 
 
 class Emitter(Source):
-    """An emitting surface. Where its emission varies, colour is its mean and each sample point has its own part of it:
-    `tint(points)` (n, 3), of the mean."""
+    """An emitting surface, or a part of it, on `shape`. Where its emission varies, colour is its mean and each sample
+    point has its own part of it: `tint(points)` (n, 3), of the mean."""
 
     is_surface = True
 
-    def __init__(self, facets, index):
+    def __init__(self, facets, index, shape):
         scene = facets.scene
-        self.index, self.surface, self.shape = index, scene.surfaces[index], scene.surfaces[index].shape
+        self.index, self.surface, self.shape = index, scene.surfaces[index], shape
         super().__init__(scene.emission[index], self.surface.name)
         self.skip = facets.own[scene.shape_of[index]]
         self.lift, self.tolerance = self.shape.lift, facets.tolerance
@@ -135,5 +135,7 @@ def sources_of(facets, by_rays):
     """[Source] of all that shines, but for surfaces by_rays (n surfaces,) bool, which rays meet."""
     scene = facets.scene
     shines = (scene.emission > 0).any(axis=1) & ~by_rays
-    emitters = [Emitter(facets, k) for k in np.flatnonzero(shines)]
+    shapes = [(k, scene.surfaces[k].shape) for k in np.flatnonzero(shines)]
+    # few points of what lies in many rooms are in each
+    emitters = [Emitter(facets, k, part) for k, shape in shapes for part in shape.apart]
     return emitters + [Lamp(facets, light, k) for k, light in enumerate(scene.lights)]

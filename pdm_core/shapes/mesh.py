@@ -12,6 +12,7 @@ from ..closed_forms import cross, dot
 from ..coincident import REACHES
 from .mesh_faces import Faces
 from .mesh_light import MeshLight
+from .mesh_parts import parts_of
 from .mesh_places import MeshPlaces
 from .mesh_receiving import LIFTED, MeshReceiving
 from .plane import Facet
@@ -75,6 +76,11 @@ class Mesh(Shape):
     def area(self):
         """m^2"""
         return float(self.areas.sum())
+
+    @cached_property
+    def apart(self):
+        """See Shape: its parts."""
+        return parts_of(self)
 
     @cached_property
     def pieces(self):

@@ -100,6 +100,11 @@ class Shape:
     first_cells = 1, 1  # along its parameters, where an integral over it begins
     least_cells = 1, 1  # along the chart's axes
 
+    @property
+    def apart(self):
+        """[Shape] what of it hangs together: as a lamp each of these is one."""
+        return [self]
+
     @cached_property
     def inverse(self):
         """(3, 3): world offsets from the origin to local coordinates."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pdm_core import AreaLight, Plane, PointLight, Scene, SpotLight, SunLight, Surface, solve
+from pdm_core import AreaLight, Mesh, Plane, PointLight, Scene, SpotLight, SunLight, Surface, solve
 
 FLOOR = Surface(Plane((-3, -3, 0), (6, 0, 0), (0, 6, 0)), 0.5, name="Floor")
 BLIND = Plane((0, -3, 1), (3, 0, 0), (0, 6, 0))  # over the half x > 0
@@ -77,3 +77,27 @@ def test_many_lamps_with_penumbrae():
         known += (weight * kappa * open_).sum(axis=1) * 10 / np.pi**2
     found = solution.irradiance(points, np.tile([0.0, 0.0, 1.0], (len(points), 1)))[:, 0]
     assert np.sqrt(((found - known) ** 2).mean() / (known**2).mean()) < 0.04
+
+
+def rooms(lamps):
+    """The Scene of closed rooms in a row, 5 m each, and of lamps, and the first room's floor."""
+    walls = []
+    for k in range(4):
+        low, size = np.array([5.0 * k, 0, 0]), np.diag([4.9, 4.0, 3.0])
+        for axis in range(3):
+            u, v = size[(axis + 1) % 3], size[(axis + 2) % 3]
+            walls += [Surface(Plane(low, u, v), 0.7), Surface(Plane(low + size[axis], v, u), 0.7)]
+    return Scene([*walls, *(Surface(lamp, 0.5, 5.0) for lamp in lamps)]), 4
+
+
+def test_rooms_get_the_light_of_lamps_of_their_own_of_those_that_are_one_mesh():
+    """Few of its points are in each room, and nodes that met none of them stayed dark: the floor was a third too dark
+    where .8 % was stated."""
+    corners = np.array([[1.5, 1.5, 2.95], [1.5, 2.5, 2.95], [3, 2.5, 2.95], [3, 1.5, 2.95]])
+    places = [corners + (5 * k, 0, 0) for k in range(4)]
+    quads, found = np.arange(16).reshape(4, 4), []
+    for lamps in ([Mesh(p, quads[:1], False) for p in places], [Mesh(np.concatenate(places), quads, False)]):
+        scene, floor = rooms(lamps)
+        solution = solve(scene, 0.02)
+        found.append(solution.incident(np.full(64, floor), scene.surfaces[floor].shape.spread(64))[:, 0].mean())
+    assert found[1] == pytest.approx(found[0], rel=0.01)

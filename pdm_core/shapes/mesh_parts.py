@@ -1,0 +1,37 @@
+"""The parts of a mesh that hang together: what shines in many places is as many lamps."""
+
+import numpy as np
+
+from ..connected import connected
+
+MOST = 64  # of more those near each other are one
+
+
+def parts_of(mesh):
+    """[Mesh] of the triangles of a Mesh that hang together, by the places of their corners; itself where all do."""
+    name = np.unique(mesh.places.names, return_inverse=True)[1].reshape(-1, 3)
+    label = connected(name.max() + 1, name[:, :2].ravel(), name[:, 1:].ravel())
+    part = np.unique(label[name[:, 0]], return_inverse=True)[1]
+    number = np.bincount(part)
+    if len(number) == 1:
+        return [mesh]
+    middle = mesh.corners.mean(axis=1)
+    middle = np.column_stack([np.bincount(part, m) / number for m in middle.T])
+    own = np.empty(len(number), int)
+    for k, some in enumerate(_near_each_other(middle)):
+        own[some] = k
+    order = np.argsort(own[part], kind="stable")
+    cuts = np.flatnonzero(np.diff(own[part][order])) + 1
+    corners = (mesh.corners[some] for some in np.split(order, cuts))
+    return [type(mesh)(c.reshape(-1, 3), np.arange(3 * len(c)).reshape(-1, 3), smooth=False) for c in corners]
+
+
+def _near_each_other(places):
+    """[index (k,)] of places (n, 3), MOST at most, halved along where they are furthest apart."""
+    groups = [np.arange(len(places))]
+    while len(groups) < min(MOST, len(places)):
+        groups.sort(key=len)
+        some = groups.pop()
+        some = some[np.argsort(places[some, np.ptp(places[some], axis=0).argmax()], kind="stable")]
+        groups += [some[: len(some) // 2], some[len(some) // 2 :]]
+    return groups
