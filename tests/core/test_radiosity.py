@@ -201,7 +201,7 @@ def test_links_are_made_finer_where_a_finer_field_no_longer_helps(monkeypatch):
         link_up(state, target)
 
     monkeypatch.setattr(refinement.Refinement, "link_up", watched)
-    monkeypatch.setattr(refinement, "LINK_SHARE", 5.0)
+    monkeypatch.setattr(refinement, "LINK_SHARE", 4.0)
     coarse = solve(scene, 2e-3)
     assert min(sharpened) < 1 and coarse.error <= 2e-3
     difference = [a - b for a, b in zip(everywhere(coarse), everywhere(usual))]
