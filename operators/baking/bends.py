@@ -88,8 +88,8 @@ class Bent:
         """(t,) squares of the L2 error of the light interpolated in each triangle, in radiance times metres as Shown
         counts it.
 
-        From the middles of the edges, as if it were quadratic, and from
-        the random places: a shadow may fall between the middles.
+        From the middles of the edges, as if it were quadratic, and from the random places: a shadow may fall between
+        the middles.
         """
         parts = self.parts
         light, middle, surface = parts.values["light"], parts.middle["light"], self.surface[parts.root]

@@ -8,9 +8,9 @@ def idle_of(state):
     Not a side or a face of a lamp, of which others light something."""
     seen = (state.factor > 0).any(axis=(0, 2)) | state.beamed
     lamps = list(zip(state.sources[: len(seen) - len(state.spots)], seen)) if len(state.factor) else []
-    useful = [s.shape.bounds for s, some in lamps if s.is_surface and some]
-    parts = {s.index for s, some in lamps if s.is_surface and some}
-    centre, radius = np.array([c for c, _ in useful]).reshape(-1, 3), np.array([r for _, r in useful])
+    useful = [s for s, some in lamps if s.is_surface and some]
+    parts, bounds = {s.index for s in useful}, [s.shape.bounds for s in useful]
+    centre, radius = np.array([c for c, _ in bounds]).reshape(-1, 3), np.array([r for _, r in bounds])
 
     def has_others(source):
         own, reach = source.shape.bounds

@@ -8,6 +8,7 @@ from ..at_once import AT_ONCE, entries_of, runs, slices
 from ..closed_forms import kernel
 from ..contour import polygon_unoccluded
 from .shape import SIDES, side_of
+from .triangles import halves
 
 TRIANGLES = 256  # of a mesh, up to which its light is a sum of closed forms
 CLUSTER = 16  # of them in a cluster at most, of larger ones
@@ -76,8 +77,7 @@ class Clusters:
             if len(some) <= most:
                 parts += [some] * (len(some) > 0)
                 continue
-            some = some[np.argsort(middle[some, np.ptp(middle[some], axis=0).argmax()], kind="stable")]
-            left += [some[: len(some) // 2], some[len(some) // 2 :]]
+            left += halves(some, middle)
         self.order, self.count = np.concatenate(parts), np.array([len(part) for part in parts])
         self.first = np.cumsum(self.count) - self.count
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..connected import connected
+from .triangles import halves
 
 MOST = 64  # of more those near each other are one
 
@@ -31,7 +32,5 @@ def _near_each_other(places):
     groups = [np.arange(len(places))]
     while len(groups) < min(MOST, len(places)):
         groups.sort(key=len)
-        some = groups.pop()
-        some = some[np.argsort(places[some, np.ptp(places[some], axis=0).argmax()], kind="stable")]
-        groups += [some[: len(some) // 2], some[len(some) // 2 :]]
+        groups += halves(groups.pop(), places)
     return groups

@@ -62,3 +62,10 @@ def spread_over(corners, count):
     # on no corner: what is off one along a normal may be within what meets there
     s = np.sqrt(np.clip(s, WITHIN, 1 - WITHIN))[:, None]
     return (1 - s) * p[k] + s * ((1 - t[:, None]) * q[k] + t[:, None] * r[k])
+
+
+def halves(some, places):
+    """An index some (k,) of places (n, 3) as two of about half as many, apart along where they are furthest so."""
+    places = places[some]
+    some = some[np.argsort(places[:, np.ptp(places, axis=0).argmax()], kind="stable")]
+    return [some[: len(some) // 2], some[len(some) // 2 :]]
