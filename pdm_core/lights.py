@@ -14,7 +14,7 @@ from .closed_forms import disc_unoccluded, sphere_unoccluded
 from .contour import polygon_unoccluded
 from .light_beams import across_cone, beam_unoccluded
 from .scene import Light
-from .shapes.shape import FLATTEST, cone_lattice, frames, lattice, square_lattice, unit
+from .shapes.shape import FLATTEST, cone_lattice, frames, lattice, square_lattice, tiles, unit
 
 __all__ = ["AreaLight", "Light", "PointLight", "SpotLight", "SunLight"]
 
@@ -209,6 +209,18 @@ class AreaLight(Light):
         longest = max(np.abs(self.u).max(), np.abs(self.v).max())
         if not (longest > LEAST and np.linalg.norm(np.cross(self.u / longest, self.v / longest)) > FLATTEST):
             raise SceneError(f"{label}: it has no area; give it a size above 0 in both directions")
+
+    @property
+    def sizes(self):
+        return np.linalg.norm([self.u, self.v], axis=1)
+
+    def cut(self, length):
+        if self.ellipse:
+            return [self]
+        corners, steps = tiles(self.sizes, length)
+        (u, v), middles = steps[:, None] * [self.u, self.v], corners + steps / 2 - 0.5
+        rest = {"spread": self.spread, "shadows": self.shadows, "name": self.name}
+        return [AreaLight(self.centre + s * self.u + t * self.v, u, v, self.colour, **rest) for s, t in middles]
 
     @cached_property
     def area(self):

@@ -29,6 +29,11 @@ class Light:
     distant = False
     shadows = True
     beam = receivers = blockers = None
+    sizes = np.zeros(2)  # m, length and width of what may be cut
+
+    def cut(self, length):
+        """[Light] parts of it that are alike, about so many m long at most."""
+        return [self]
 
     def unoccluded(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where colour is 1, horizon-clipped"""

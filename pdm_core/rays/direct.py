@@ -26,7 +26,7 @@ SCATTERED = 2, 64  # points of a source for each of many receivers in turn, of s
 GOLDEN, SILVER = (5**0.5 - 1) / 2, 2**0.5 - 1  # steps of what is spread evenly, by the one whatever the other
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
-TURNS = 4  # sets of points that these places see in turn: by one set all nodes would be wrong alike
+TURNS = 3  # sets of points that these places see in turn: by one set all nodes would be wrong alike
 POWER = 0.75  # of n points: the error of a share that they tell, where part is seen, is about 1 / (2 n)^POWER
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points, the same ones at all places
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
@@ -55,7 +55,8 @@ class Shares:
         unhidden, where that is more; points: of a source, at first and at most; turns: of how many sets of points
         receivers see one each, in turn."""
         n = len(receivers)
-        if len(self.sources) > MANY:  # some are too bright and some too dark
+        many = len({id(source.whole) for source in self.sources}) > MANY
+        if many:  # some are too bright and some too dark
             turns = 1
         tolerance = np.broadcast_to(tolerance, n)
         factor = np.zeros((n, len(self.sources), 3), np.float32)
@@ -76,7 +77,7 @@ class Shares:
             needed = unsure ** (1 / POWER) / 2
             share, (off, between) = np.ones((len(lit), 3)), np.zeros((2, len(lit)))
             few = points[0] // FACTOR
-            most = points[0] if len(self.sources) <= MANY else few
+            most = few if many else points[0]
             begun = np.select([needed <= 1, needed <= few], [1, few], most)
             for begin in np.unique(begun):
                 some, count = np.flatnonzero(begun == begin), begin

@@ -8,6 +8,7 @@ def idle_of(state):
     Not a side or a face of a lamp, of which others light something."""
     seen = (state.factor > 0).any(axis=(0, 2)) | state.beamed
     lamps = list(zip(state.sources[: len(seen) - len(state.spots)], seen)) if len(state.factor) else []
+    whole = {id(s.whole) for s, some in lamps if some}
     useful = [s for s, some in lamps if s.is_surface and some]
     parts, bounds = {s.index for s in useful}, [s.shape.bounds for s in useful]
     centre, radius = np.array([c for c, _ in bounds]).reshape(-1, 3), np.array([r for _, r in bounds])
@@ -16,5 +17,5 @@ def idle_of(state):
         own, reach = source.shape.bounds
         return bool((np.linalg.norm(centre - own, axis=1) <= radius + reach).any())
 
-    idle = [s for s, some in lamps if not some and s.colour.any()]
+    idle = [s for s, some in lamps if not some and s.colour.any() and id(s.whole) not in whole]
     return list(dict.fromkeys(s.name for s in idle if not (s.is_surface and (s.index in parts or has_others(s)))))

@@ -12,6 +12,7 @@ from .bundles import NOTHING
 from .direct import COARSE, READ, Shares
 from .near import NearHits
 from .rows import bundle, directions
+from .sources import relit
 
 LEAST_LIGHT = 1e-3  # of the light: sources that give less may become brighter, but need no finer shadows than that
 
@@ -25,8 +26,7 @@ class KeptRays(KeptGroups):
         of = group(nodes.surface, places, nodes.weight)
         super().__init__(state.scene, surface, points, of, nodes.surface, nodes.weight, count, channels=3)
         self.given, self.reflects = state.scene, state.reflects
-        self.emitters = np.array([s.index for s in state.sources if s.is_surface], int)
-        self.spots, self.straight_on = state.spots, count - len(state.spots)
+        self.sources, self.spots, self.straight_on = state.sources, state.spots, count - len(state.spots)
         self.take_nodes(state.factor, nodes.reflectance)
         self.shines = state.by_rays[self.group_surface][:, None]
         self.outside = _Sky(len(points), directions(state.read), state.scene)
@@ -86,9 +86,7 @@ class KeptRays(KeptGroups):
         check_light(self.given, self.reflects, scene)
 
     def colours(self, scene):
-        colours = [*scene.emission[self.emitters], *(np.asarray(lamp.colour, float) for lamp in scene.lights)]
-        colours += [spot.colour_of(scene, colours[spot.beam_of]) for spot in self.spots]
-        return np.array(colours).reshape(-1, 3)
+        return np.array([source.colour for source in relit(self.sources, scene)]).reshape(-1, 3)
 
     def light(self, scene, changed):
         straight, reflected = super().light(scene, changed)

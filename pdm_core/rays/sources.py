@@ -6,6 +6,7 @@ import numpy as np
 
 from ..scene import Light
 from .bundles import TOUCHING
+from .lamp_parts import parted
 
 BROAD = 2.0  # times the mean emission of all surfaces: what is no brighter fills enough of what is seen for rays
 
@@ -14,8 +15,10 @@ class Source(Light):
     """As a Light, colour (3,): radiance. skip: the shape that does not hide it; receivers (n surfaces,) bool: which its
     light comes to, blockers: Facets of what may hide it, None for all; pattern None where it is even; is_surface:
     whether samples' weights are areas; is_spot: whether it is what a beam lights; is_tinted: whether its colour varies
-    over its sample places; partly: the part of receivers that see a part of it, see Shares.learn."""
+    over its sample places; partly: the part of receivers that see a part of it, see Shares.learn; whole: the Shape or
+    Light that it is a part of, sizes (2,) m: how long and wide it is."""
 
+    whole, sizes = None, np.zeros(2)
     skip, lift, partly, pattern = -1, 0.0, 0.0, None
     is_surface = is_spot = is_tinted = False
 
@@ -25,6 +28,10 @@ class Source(Light):
     def against(self, points, normals):
         """(n,) Whether it gives nothing there, as it lies against the shape or the point is within it."""
         return np.zeros(len(points), bool)
+
+    def cut(self, facets, length):
+        """[Source] its parts, about so many m long at most."""
+        return [self]
 
     def tint(self, places):
         """(k, 3) of its colour at sample places (k, 3) m; None where it is the same everywhere."""
@@ -41,14 +48,22 @@ class Emitter(Source):
 
     is_surface = True
 
-    def __init__(self, facets, index, shape):
+    def __init__(self, facets, index, shape=None):
         scene = facets.scene
-        self.index, self.surface, self.shape = index, scene.surfaces[index], shape
+        self.index, self.surface, self.whole = index, scene.surfaces[index], scene.surfaces[index].shape
+        self.shape = self.whole if shape is None else shape
         super().__init__(scene.emission[index], self.surface.name)
         self.skip = facets.own[scene.shape_of[index]]
         self.lift, self.tolerance = self.shape.lift, facets.tolerance
         layer = facets.moved[scene.shape_of[index]]  # m; what lies over it, in its plane, hides it
-        self.offset = layer * self.shape.normal if layer else np.zeros(3)
+        self.offset = layer * self.whole.normal if layer else np.zeros(3)
+
+    @property
+    def sizes(self):
+        return np.array([2 * self.shape.bounds[1], self.shape.thickness])
+
+    def cut(self, facets, length):
+        return [Emitter(facets, self.index, part) for part in self.shape.cut(length)]
 
     def take_light(self, scene, before):
         self.surface, self.colour = scene.surfaces[self.index], scene.emission[self.index]
@@ -59,7 +74,7 @@ class Emitter(Source):
 
     def against(self, points, normals):
         """(n,) Whether points lie against a flat shape, or within the ball that shines outwards."""
-        return self.shape.against(points, normals, self.surface.sign, TOUCHING * self.tolerance)
+        return self.whole.against(points, normals, self.surface.sign, TOUCHING * self.tolerance)
 
     def distances(self, points):
         """(n,) m of points (n, 3) m from it."""
@@ -86,23 +101,32 @@ class Emitter(Source):
 
 
 class Lamp(Source):
-    """Scene.lights[number]."""
+    """Scene.lights[number], or a part of it, which sends that share of its light."""
 
-    def __init__(self, facets, light, number):
-        super().__init__(light.colour, light.name)
-        if light.receivers is not None:
-            self.receivers = facets.scene.of_shapes(light.receivers)
-        if light.blockers is not None:
-            self.blockers = facets.blocking(light)
-        self.light, self.number, self.distant = light, number, light.distant
+    def __init__(self, facets, number, light=None, share=1.0):
+        self.whole, self.number, self.share = facets.scene.lights[number], number, share
+        super().__init__(share * np.asarray(self.whole.colour, float), self.whole.name)
+        self._take_limits(facets, self.whole)
+        light = self.whole if light is None else light
+        self.distant, self.sizes = light.distant, light.sizes
         self.unoccluded, self.samples, self.holds = light.unoccluded, light.samples, light.holds
         self.beyond = light.beyond
         self.pattern, self.beam = light.pattern, light.beam
         self.shadows = light.shadows and (self.blockers is None or len(self.blockers.shape) > 0)
 
+    def _take_limits(self, facets, light):
+        if light.receivers is not None:
+            self.receivers = facets.scene.of_shapes(light.receivers)
+        if light.blockers is not None:
+            self.blockers = facets.blocking(light)
+
+    def cut(self, facets, length):
+        parts = self.whole.cut(length)
+        return [Lamp(facets, self.number, part, 1 / len(parts)) for part in parts]
+
     def take_light(self, scene, before):
-        self.light = scene.lights[self.number]
-        self.colour = np.asarray(self.light.colour, float)
+        self.whole = scene.lights[self.number]
+        self.colour = self.share * np.asarray(self.whole.colour, float)
 
 
 def met_by_rays(scene):
@@ -135,7 +159,5 @@ def sources_of(facets, by_rays):
     """[Source] of all that shines, but for surfaces by_rays (n surfaces,) bool, which rays meet."""
     scene = facets.scene
     shines = (scene.emission > 0).any(axis=1) & ~by_rays
-    shapes = [(k, scene.surfaces[k].shape) for k in np.flatnonzero(shines)]
-    # few points of what lies in many rooms are in each
-    emitters = [Emitter(facets, k, part) for k, shape in shapes for part in shape.apart]
-    return emitters + [Lamp(facets, light, k) for k, light in enumerate(scene.lights)]
+    emitters = [Emitter(facets, k) for k in np.flatnonzero(shines)]
+    return parted(facets, emitters + [Lamp(facets, k) for k in range(len(scene.lights))])

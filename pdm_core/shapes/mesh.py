@@ -77,10 +77,14 @@ class Mesh(Shape):
         """m^2"""
         return float(self.areas.sum())
 
-    @cached_property
-    def apart(self):
-        """See Shape: its parts."""
-        return parts_of(self)
+    @classmethod
+    def of(cls, corners):
+        """The mesh of triangles (t, 3, 3) m, shaded flat."""
+        return cls(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), smooth=False)
+
+    def cut(self, length):
+        parts = parts_of(self.corners, length)
+        return [Mesh.of(part) for part in parts] if len(parts) > 1 else [self]
 
     @cached_property
     def pieces(self):

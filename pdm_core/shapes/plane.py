@@ -9,7 +9,7 @@ from ..checked import vector
 from ..closed_forms import cross
 from ..coincident import REACHES
 from ..contour import polygon_unoccluded
-from .shape import FLATTEST, INSET, Flat, square_lattice, unit
+from .shape import FLATTEST, INSET, Flat, square_lattice, tiles, unit
 
 
 class Plane(Flat):
@@ -95,6 +95,12 @@ class Plane(Flat):
         """Centre (3,) and radius of a sphere around the shape."""
         centre = self.origin + (self.u + self.v) / 2
         return centre, float(np.linalg.norm(self.corners - centre, axis=1).max())
+
+    def cut(self, length):
+        if self.half:
+            return [self]
+        corners, (s, t) = tiles(self.chart_lengths, length)
+        return [Plane(self.world([[*corner, 0]])[0], s * self.u, t * self.v) for corner in corners]
 
     def normals(self, points):
         """Unit normals (n, 3) of the front at points (n, 3): near each edge as that lies, whatever the others do."""

@@ -13,6 +13,7 @@ from ..contour import loops_unoccluded
 from ..outlines import enclosed, nearest_on_edges
 from ..tolerances import TOUCHING
 from .loops import Loops
+from .mesh import Mesh
 from .pieces import rectangles
 from .plane import Facet
 from .shape import INSET, Flat, square_lattice
@@ -82,6 +83,9 @@ class Polygon(Flat):
     def pieces(self):
         """[Plane] rectangles where all its corners are right angles, else triangles."""
         return rectangles(self._loops) or [Facet.of(corners, self.thickness) for corners in self.triangles]
+
+    def cut(self, length):
+        return Mesh.of(self.triangles).cut(length)
 
     @property
     def facet_count(self):

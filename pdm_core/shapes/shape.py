@@ -79,6 +79,12 @@ def square_lattice(count):
     return (0.5 + np.outer(np.arange(count), steps)) % 1.0
 
 
+def tiles(sizes, length):
+    """Corners (k, 2) in the unit square and steps (2,) of tiles of what has sizes (2,) m, each about so many m at most."""
+    number = np.maximum(np.ceil(np.asarray(sizes) / length), 1)
+    return np.argwhere(np.ones(number.astype(int))) / number, 1 / number
+
+
 class Shape:
     """An affine image of a reference shape: point = origin + linear @ local.
 
@@ -100,9 +106,8 @@ class Shape:
     first_cells = 1, 1  # along its parameters, where an integral over it begins
     least_cells = 1, 1  # along the chart's axes
 
-    @property
-    def apart(self):
-        """[Shape] what of it hangs together: as a lamp each of these is one."""
+    def cut(self, length):
+        """[Shape] parts of it, about so many m long at most, that are lamps of their own."""
         return [self]
 
     @cached_property

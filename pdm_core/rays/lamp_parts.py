@@ -1,0 +1,48 @@
+"""Lamps that go through many rooms, as many lamps: of one, few of the points that stand for it would be in each room.
+
+How long each may be is asked of the scene: it hangs on how far their light goes.
+"""
+
+import numpy as np
+
+from ..shapes.shape import box_of
+from .bundles import Receivers, along
+from .near import places_of
+from .rows import directions
+
+LARGE = 0.1  # of the scene's size: what is smaller is in one room
+POINTS, WAYS = 16, 16
+MOSTLY = 0.75  # of these are no longer than what is asked for
+LONG = 0.5  # of that, so long is a lamp: where a wall goes through it its points tell roughly what is on either side
+MOST, WIDER = 64, 1.2  # lamps more than there are; times as long each as long as they would be more
+
+
+def parted(facets, sources):
+    """[Source] that sources are as several, or themselves where they are small."""
+    low, high = box_of(facets.scene.shapes)
+    large = [s for s in sources if s.sizes.max() > LARGE * np.linalg.norm(high - low)]
+    if not large:
+        return sources
+    sizes, length = np.array([s.sizes for s in large]), LONG * _usual_ways(facets, large)
+    while np.ceil(sizes / length[:, None]).prod(axis=1).sum() > MOST + len(large):
+        length = length * WIDER
+    length = dict(zip(large, length))
+    return [part for s in sources for part in (s.cut(facets, length[s]) if s in length else [s])]
+
+
+def _usual_ways(facets, sources):
+    """(k,) m, what MOSTLY of the ways of each source's light are no longer than, inf where it meets nothing: of both
+    sides of what shines on both."""
+    samples = [source.samples(POINTS)[:2] for source in sources]
+    points, normals = (np.concatenate(a) for a in zip(*samples))
+    points = points - facets.centre
+    own = np.repeat([id(source.whole) for source in sources], [len(place) for place, _ in samples])
+    n = len(points) * WAYS
+    start, nothing = np.full(n, facets.tolerance), np.full(n, -1)
+    rays = Receivers(np.tile(points, (WAYS, 1)), np.tile(normals, (WAYS, 1)), nothing, start, np.zeros(n, bool))
+    hits = along(facets, directions(WAYS), rays)
+    length, met = np.full(n, np.inf), np.flatnonzero(hits.facet >= 0)
+    length[met] = np.linalg.norm(places_of(facets, hits.facet[met], hits.at[met]) - rays.points[met], axis=1)
+    length = length.reshape(WAYS, -1)
+    each = {one: np.quantile(length[:, own == one], MOSTLY, method="lower") for one in np.unique(own)}
+    return np.array([each[id(source.whole)] for source in sources])
