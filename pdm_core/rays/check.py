@@ -24,7 +24,8 @@ CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their
 
 class Check:
     """Of a RayState: error, stated; parts {name: of the light}; surface_errors (n surfaces,), each one's of its own
-    light; node_error (n,): of what each node reflects; surplus: see Nodes.surplus, as squares over their m^2."""
+    light; node_error (n,): of what each node reflects; passed (n,):
+    the square of what of it comes from others; surplus: see Nodes.surplus, as squares over their m^2."""
 
     def __init__(self, state):
         self.state, self.error, self.parts = state, float("inf"), {}
@@ -93,6 +94,7 @@ class Check:
             passing = in_thread(passed_on, state.rows.times, nodes.reflectance, error, state.amplified)
             square = square + (nodes.reflectance * (yield from passing)) ** 2
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
+        self.passed = self.passed + square.sum(axis=1)
         whole = self._relative(nodes.surface, nodes.weight, square.sum(axis=1), DIM_WITHIN)
         return whole + CORRELATED * dim * even
 
@@ -120,7 +122,8 @@ class Check:
         signs = np.random.default_rng(len(nodes)).choice([-1, 1], (len(nodes), 3)) / np.sqrt(3)
         error = np.sqrt(received)[:, None] * signs
         passed = passed_on(state.rows.times, nodes.reflectance, error, state.amplified)
-        return self._relative(own, nodes.weight, rho**2 * (received + (passed**2).sum(axis=1)))
+        self.passed = rho**2 * (received + (passed**2).sum(axis=1))
+        return self._relative(own, nodes.weight, self.passed)
 
     def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,
@@ -131,17 +134,19 @@ class Check:
         return float(max(whole, np.sqrt((weight * each).sum() / max(weight.sum(), 1e-300))))
 
     def _each(self, told):
-        """surface_errors (n surfaces,): of each one's own light, what its nodes are off by, and its part of all that
-        they have not told."""
+        """surface_errors (n surfaces,): of each one's own light, what its nodes are off by, and of the rest what they
+        receive of it, or what it is of all light, if that is more."""
         nodes, count, norms = self.state.nodes, len(self.state.scene), self.state.surface_norms
-        own = np.sqrt(np.bincount(nodes.surface, nodes.weight * self.node_error**2, count))
         rest = np.sqrt(sum(v * v for k, v in self.parts.items() if k not in told))
         known = norms > 0
-        relative = np.divide(own, norms, out=np.zeros(count), where=known)
+        relative, passed = (
+            np.divide(np.sqrt(np.bincount(nodes.surface, nodes.weight * e, count)), norms, np.zeros(count), where=known)
+            for e in (self.node_error**2, self.passed)
+        )
         # a few nodes tell little of their own error: the usual one counts as so many more
         usual = np.median(relative[known]) if known.any() else 0.0
         relative = np.sqrt((nodes.number * relative**2 + TOLD * usual**2) / (nodes.number + TOLD))
-        self.surface_errors = SAFETY * np.where(known, np.hypot(relative, rest), 0.0)
+        self.surface_errors = SAFETY * np.where(known, np.hypot(relative, np.maximum(rest, passed)), 0.0)
 
 
 def check_points(scene, reflects, count):

@@ -23,7 +23,7 @@ READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and a
 # sees part of it is .1 % of its light
 COMPARED = 16, 64
 SCATTERED = 2, 64  # points of a source for each of many receivers in turn, of so many in all
-GOLDEN, SILVER = (5**0.5 - 1) / 2, 2**0.5 - 1  # steps of what is spread evenly, by the one whatever the other
+GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 TURNS = 3  # sets of points that these places see in turn: by one set all nodes would be wrong alike
@@ -113,45 +113,31 @@ class Shares:
         return factor
 
     def _scattered_share(self, source, receivers):
-        """Shares seen (n, 3) by SCATTERED points in turn for each, where none of these shines there by as many of those
-        that do; yields."""
-        few, most = SCATTERED  # of many sources fewer points each are as many in all; a few of a ball shine anywhere
+        """Shares seen (n, 3) by SCATTERED points each, the likelier the more a point gives there: as all points would
+        tell in the mean of several receivers; yields."""
+        few, most = SCATTERED  # of many sources fewer points are as many in all
         place, normal, weight = source.samples(max(most * MANY // max(len(self.sources), MANY), FACTOR * few))
-        n, few, order = len(receivers), min(few, len(place)), np.arange(len(receivers))
-        # whatever their order, they are spread over all
-        point = ((order[:, None] + np.arange(few)) * GOLDEN % 1 * len(place)).astype(int)
-        sorted_ = np.argsort(point, axis=None, kind="stable")
-        whose, which = sorted_ // few, point.ravel()[sorted_]
-        value = np.empty((n, few))
-        value.flat[sorted_] = self._of_each(source, place, normal, receivers.take(whose), which) * weight[which]
-        yield
-        dark = np.flatnonzero(value.sum(axis=1) <= 0)
-        point[dark], value[dark] = yield from self._shining(source, (place, normal, weight), receivers, dark, few)
-        sorted_ = np.argsort(np.where(value > 0, point, len(place)), axis=None, kind="stable")[: (value > 0).sum()]
-        got, which = np.zeros(n * few), point.ravel()[sorted_]
-        for some in batches(len(place), len(sorted_) // len(place), self.facets):
-            pairs = sorted_[slice(*np.searchsorted(which, [some[0], some[-1] + 1]))]
-            seen = self._visible(source, place[some], receivers, point.flat[pairs] - some[0], pairs // few)
-            got[pairs] = value.flat[pairs] * seen
+        tint, n = source.tint(place), len(receivers)
+        point, some_shine = np.zeros((n, few), int), np.zeros(n, bool)
+        for part in slices(n, max(AT_ONCE // len(place), 1)):
+            mine = np.arange(n)[part]
+            upto = (self._values(source, place, normal, receivers.take(mine)) * weight[:, None]).cumsum(axis=0)
+            at = (np.arange(few) + mine[:, None] * GOLDEN % 1) / few * upto[-1][:, None]
+            point[part] = (upto[:, :, None] <= at).sum(axis=0)
+            some_shine[part] = upto[-1] > 0
+            yield
+        whose, which = np.repeat(np.arange(n), few), np.minimum(point, len(place) - 1).ravel()
+        which = np.where(some_shine[whose], which, -1)
+        seen = np.where(some_shine, 0.0, 1.0)[:, None] * np.ones(3)
+        for some in batches(len(place), len(which) // len(place), self.facets):
+            pairs = np.flatnonzero((which >= some[0]) & (which <= some[-1]))
+            pairs = pairs[np.argsort(which[pairs], kind="stable")]
+            got = self._visible(source, place[some], receivers, which[pairs] - some[0], whose[pairs]) / few
             self.counts["shadow rays"] += len(pairs)
+            for c in range(3):
+                seen[:, c] += np.bincount(whose[pairs], got if tint is None else got * tint[which[pairs], c], n)
             yield
-        total, tint = value.sum(axis=1), source.tint(place)
-        seen = np.einsum("nk,nkc->nc", got.reshape(n, few), np.ones((1, 1, 3)) if tint is None else tint[point])
-        return np.where(total[:, None] > 0, seen / np.maximum(total, 1e-300)[:, None], 1.0)
-
-    def _shining(self, source, samples, receivers, some, few):
-        """Of all samples those (k, few) of which receivers some (k,) get anything, as likely as they give much of it,
-        and what each counts (k, few), 0 where they get nothing of any; yields."""
-        place, normal, weight = samples
-        point, value = np.zeros((len(some), few), int), np.zeros((len(some), few))
-        for part in slices(len(some), AT_ONCE // len(place)):
-            mine = some[part]
-            up_to = np.cumsum(self._values(source, place, normal, receivers.take(mine)).T * weight, axis=1)
-            at = (mine[:, None] * SILVER + np.arange(few) / few) % 1 * up_to[:, -1:]
-            point[part] = (up_to[:, None] <= at[:, :, None]).sum(axis=2)
-            value[part] = up_to[:, -1:] > 0
-            yield
-        return np.minimum(point, len(place) - 1), value
+        return seen
 
     def _unoccluded(self, source, receivers):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))
@@ -202,16 +188,6 @@ class Shares:
         if beyond is not None:
             value[np.isnan(beyond)] *= FAINT
         return value
-
-    def _of_each(self, source, place, normal, receivers, which):
-        """(n,) What receivers get of which (n,) of places (k, 3) of a source each, were all of it there; sorted."""
-        first, begin = np.unique(which, return_index=True)
-        parts = np.split(np.arange(len(which)), begin[1:])
-        out = np.empty(len(which))
-        for j, part in zip(first, parts):
-            own = None if normal is None else normal[j : j + 1]
-            out[part] = self._values(source, place[j : j + 1], own, receivers.take(part))[0]
-        return out
 
     def _visible(self, source, place, receivers, which, who):
         """(n,) Whether receivers who (n,) see which (n,) of places (k, 3) of a source; sorted by these."""

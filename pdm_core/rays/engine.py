@@ -17,7 +17,7 @@ from .covered import covered
 from .direct import AT_NODES, COARSE, COMPARED, FINE, READ, TURNS, Shares
 from .facets import Facets
 from .grid import batches
-from .near import NearHits
+from .near import NearHits, in_narrow
 from .nodes import LIT, Nodes
 from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import foreseen_level, met_by_rays, relit, sources_of
@@ -121,6 +121,7 @@ class RayState:
     def link(self):
         """The rows of all nodes, and their own light: direct, and what they send whatever they receive."""
         self.rows = Gathered(self.traced, self.nodes, self.scene)
+        self.narrow = in_narrow(self.nodes, self.traced)
         self.direct = np.einsum("nkc,kc->nc", self.factor, self.light)
         own = self.nodes.surface
         self.shining = np.where(self.by_rays[own, None], self.scene.emission[own], 0.0)

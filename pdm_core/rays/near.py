@@ -9,8 +9,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ..at_once import in_turn
+from ..at_once import in_turn, slices
 from ..shapes.sphere import Sphere
+from .nodes import PLACES, place_of
 from .placed import at_hits
 from .rows import bundle, directions, light_of
 
@@ -20,11 +21,15 @@ REACH = 4.0, 0.5  # sizes of a cell within which a hit is near, where it is unev
 SHOWN = 0.1  # of all that a cell sees: uneven ones from which on it is lit by such
 # directions of a receiver whose hits are looked at: of fewer several rays go on from each, of more only some are taken
 FEW, ENOUGH = 512, 1024
+ASKED = 64  # rays of a node that tell whether it lies in a gap
+NARROW, MOSTLY = 0.5, 0.5  # sizes of a cell within which, and of all that it sees, most is where it lies in a gap
 MOST, PAIRS = 1 << 18, 1 << 20  # hits, and pairs of them and sources, that are worked out anew: the nearest ones
 KEPT = 2  # times as many are kept meanwhile
 # of each time that rays go on, at first in a quarter as many directions as they came in, then in half as many as
 # before, spread over the hits: steps from one hit to the next, unlike those in which directions turn about their axis
-TURNS = np.sqrt([2, 3, 7, 11, 13]) % 1
+TURNS = np.sqrt([2, 3, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41]) % 1
+LEAST_WAYS = 16  # directions: of fewer the steep ones, which lead out of gaps, would count for too much
+USUAL = 5  # of them, but for those in gaps
 
 
 @dataclass
@@ -69,7 +74,8 @@ class NearHits:
         uneven = np.maximum(state.spread * nodes.reflectance.max(axis=1, initial=0.0), state.bent)
         uneven = uneven / max(state.level * nodes.reflectance.max(initial=0.0), 1e-300)
         self.ways = np.minimum(uneven / MOST_UNEVEN, 1.0)  # (nodes,) of the rays that go on, as many as are worth it
-        uneven = uneven > UNEVEN * state.target
+        self.ways[state.narrow] = 1.0
+        uneven = (uneven > UNEVEN * state.target) | state.narrow
         shown = state.rows.times(uneven[:, None].astype(float))[:, 0] > SHOWN if uneven.any() else uneven
         self.reach = np.select([uneven, shown], REACH) * np.sqrt(nodes.weight)
         self.most = min(MOST, PAIRS // max(len(state.sources), 1))
@@ -114,7 +120,8 @@ class NearHits:
             return out
         state, hits = self.state, self._nearest()
         again, ways = self.again, self.again * self.bundles // self.every // 2
-        for turn in TURNS:
+        for k, turn in enumerate(TURNS):
+            hits = hits if k < USUAL else hits.take(state.narrow[hits.node[:, 0]])
             if not len(hits):
                 break
             hits.weight *= hits.of(state.nodes.reflectance)
@@ -126,12 +133,12 @@ class NearHits:
             out += self._summed(hits, more)
             yield
             # where more is at stake, the more rays go on
-            each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1).astype(int)
+            each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1, again).astype(int)
             index, turn_of = in_turn(each)
             hits, there, each = hits.take(index), there.take(index), each[index]
             hits.weight /= each[:, None]
             hits.number = again * hits.number + turn_of * again // each
-            again, ways = 1, max(ways // 2, 1)
+            again, ways = 1, max(ways // 2, LEAST_WAYS)
             yield
             more, onward = yield from self._onward(hits, there, turn, directions(ways))
             yield
@@ -168,6 +175,29 @@ class NearHits:
         onward.who, onward.number = hits.who[parent], hits.number[parent]
         onward.weight = hits.weight[parent] * share[parent, None]
         return share[:, None] * light, onward
+
+
+def in_narrow(nodes, traced):
+    """(n,) Whether nodes see most of what they see nearer than NARROW of their own size, as ASKED of their rays tell,
+    or are so near to such."""
+    every = np.arange(0, len(traced.directions), max(len(traced.directions) // ASKED, 1))
+    total, close = np.abs(traced.cosine[:, every]).sum(axis=1), np.zeros(len(nodes))
+    start, size, met = nodes.places.points.reshape(len(nodes), PLACES, 3), np.sqrt(nodes.weight), []
+    for part in slices(len(every), PLACES):
+        row, column = np.nonzero(traced.code[:, every[part]] >= 0)
+        column = every[part][column]
+        code, at = traced.code[row, column], traced.at[row, column]
+        place = places_of(nodes.facets, code >> 1, at)
+        near = np.linalg.norm(place - start[row, place_of(column)], axis=1) < NARROW * size[row]
+        row, column = row[near], column[near]
+        close += np.bincount(row, np.abs(traced.cosine[row, column]), len(nodes))
+        met.append((row, code[near], at[near]))
+    narrow = close > MOSTLY * total
+    row, code, at = (np.concatenate(a) for a in zip(*met))
+    some = narrow[row]
+    beside = nodes.columns(code[some] >> 1, at[some], (code[some] & 1) == 0)[0]
+    narrow[beside] = True
+    return narrow
 
 
 def places_of(facets, facet, at):

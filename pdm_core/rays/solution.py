@@ -18,6 +18,7 @@ from .engine import RayState
 from .idle import idle_of
 from .kept import KeptRays, check_light
 from .refinement import excess_of, improve
+from .rims import closed
 from .where import nodes_near
 
 LEAST_GAIN, POOR = 0.05, 2  # of the error in a round; rounds in a row that gain less: more would not help
@@ -147,6 +148,7 @@ def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
         solution.warnings.append(
             f"{named} {verb} no surface that reflects, or only places too small to be sent on; check where {looked}"
         )
+    solution.warnings += closed(solution._state.facets)
     if solution.error > target_error:
         advice = "raise the time limit or the" if stopped else "finer rays hardly help; raise the"
         solution.warnings.append(above_target(solution.error, target_error, f"{advice} target error"))

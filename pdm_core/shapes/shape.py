@@ -80,7 +80,7 @@ def square_lattice(count):
 
 
 def tiles(sizes, length):
-    """Corners (k, 2) in the unit square and steps (2,) of tiles of what has sizes (2,) m, each about so many m at most."""
+    """Corners (k, 2) in the unit square and steps (2,) of tiles of what has sizes (2,) m, each so many m at most."""
     number = np.maximum(np.ceil(np.asarray(sizes) / length), 1)
     return np.argwhere(np.ones(number.astype(int))) / number, 1 / number
 

@@ -1,13 +1,17 @@
 """Narrow gaps by rays: a lamp that shines both ways a millimetre below a ceiling, where no cell can be so small."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pdm_core import Plane, Polygon, Scene, Surface
+from pdm_core.rays.beside import read_places
 from pdm_core.rays.engine import RayState
+from pdm_core.rays.facets import Facets
+from pdm_core.rays.rims import closed
 from pdm_core.rays.solution import ray_steps
 from pdm_core.signs_of_life import finish
 
@@ -62,6 +66,18 @@ def test_light_in_a_narrow_gap_is_none_beside_it(turn, polygon):
     np.testing.assert_allclose(solution.incident(surface, places)[:, 0], traced, rtol=0.035)
 
 
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("gap, told", [(5e-5, True), (1e-3, False), (0.0, False)])
+def test_a_gap_that_is_closed_to_a_lamp_is_told_with_both_names(turn, gap, told):
+    scene, _ = room(gap, turn, polygon=True)
+    named = [replace(s, name=f"object {k}") for k, s in enumerate(scene.surfaces)]
+    facets = Facets(Scene(named, rounding=2**-24))
+    said = closed(facets)
+    assert len(said) == told
+    if told:
+        assert "'object 1' and 'object 6'" in said[0]
+
+
 def test_where_light_jumps_at_what_stands_there_cells_are_not_bent():
     floor = Plane((0, 0, 0), (4, 0, 0), (0, 4, 0))
     wall = Plane((2.3, 0, 0), (0, 4, 0), (0, 0, 1))
@@ -75,3 +91,48 @@ def test_where_light_jumps_at_what_stands_there_cells_are_not_bent():
     cells, _ = nodes.surplus(value, np.zeros(len(nodes)))
     assert np.abs(lattice.surplus(value[: len(lattice)], np.zeros(len(lattice))))[mine].max() > 0.1
     np.testing.assert_allclose(cells[mine], 0.0, atol=1e-12)
+
+
+def two_boxes(gap, rho=0.7):
+    """Two boxes on the floor of a lit room, so far apart, m; the first one's face at x = -gap / 2 is surface 7."""
+    room = faces((-2.5, -2.5, 0), (2.5, 2.5, 3), inward=True)
+    left, right = (faces((x, -0.5, 0), (x + 1, 0.5, 1)) for x in (-gap / 2 - 1, gap / 2))
+    lamp = Surface(Plane((-0.5, -0.5, 2.9), (0, 1, 0), (1, 0, 0)), 0.5, 10.0)
+    walls = [Surface(p, rho) for p in [*room, *left, *right]]
+    return Scene([*walls, lamp], rounding=2**-24)
+
+
+def faces(low, high, inward=False):
+    """Planes of a box: of each axis the low, then the high one."""
+    low, size, out = np.asarray(low, float), np.diag(np.subtract(high, low)), []
+    for axis in range(3):
+        u, v = size[(axis + 1) % 3], size[(axis + 2) % 3]
+        for corner, turned in ((low, not inward), (low + size[axis], inward)):
+            out.append(Plane(corner, v, u) if turned else Plane(corner, u, v))
+    return out
+
+
+@pytest.mark.parametrize("gap", [0.001, 0.003, 0.01])
+def test_light_between_boxes_falls_within_a_few_widths_of_the_gap(gap):
+    scene = two_boxes(gap)
+    solution = finish(ray_steps(scene, 0.04, None, "asked for"))
+    # from the middle to the mouth above: cells of .25 m held .03 there, and sent it on
+    depth = np.array([0.5, 0.25, 30 * gap, 5 * gap, gap, gap / 4])
+    points = np.column_stack([np.full(6, -gap / 2), np.full(6, 0.13), 1 - depth])
+    on = np.full(6, 7)
+    traced = Tracer(scene).incident(on, points, 2000, np.random.default_rng(1))[:, 0]
+    told = solution.incident(on, points)[:, 0]
+    np.testing.assert_allclose(told, traced, rtol=0, atol=0.08 * traced.max())
+    assert told[0] < 0.01 * traced.max()
+    # what little light is in there is known less well than that of the room
+    assert solution.surface_errors[7] > 1.5 * solution.error
+
+
+def test_few_points_of_a_lamp_tell_what_is_seen_through_a_slit_in_the_mean():
+    state = RayState(two_boxes(0.003), 0.04)
+    n = 400
+    points = np.column_stack([np.full(n, -0.0015), np.linspace(-0.4, 0.4, n), 1 - np.linspace(0.03, 0.08, n)])
+    there = read_places(state.facets, np.full(n, 7), points)
+    few = finish(state.shares.scattered(there))[:, 0, 0]
+    all_, _, _ = finish(state.shares.at(there, 1e-6, 1e-6, (1024, 16384)))
+    np.testing.assert_allclose(few.mean(), all_[:, 0, 0].mean(), rtol=0.3)

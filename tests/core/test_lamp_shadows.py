@@ -88,7 +88,7 @@ ROOMS = 4
 
 @cache
 def on_the_floor(shapes, lights=()):
-    """Irradiance / pi in the mean of the middle one's floor of closed rooms in a row, 5 m each, with what shines there."""
+    """Irradiance / pi of the floor, in the mean, in the middle one of closed rooms in a row, and what shines there."""
     walls = []
     for k in range(ROOMS):
         low, size = np.array([5.0 * k, 0, 0]), np.diag([5.0, 4.0, 3.0])
