@@ -92,11 +92,13 @@ class Merged:
         """Which parts (h,) of facets (h,) places (h, 2) are on, and where on them (h, 2)."""
         return find(self.parts.take(facet), self.first_part.take(facet), at)
 
-    def surplus(self, k, value):
-        """How far values (n, c) of a surface's groups vary over its faces, in L2."""
+    def surplus(self, k, value, lost):
+        """How far values (n, c) of a surface's groups vary over its faces, in L2; lost (n,): which do not count."""
         key = self.facets.scene.shape_of[k]
-        v = value[self.group[key]]
-        spread = ((v - v.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1)
+        v, counts = value[self.group[key]], ~lost[self.group[key]]
+        number = np.maximum(counts.sum(axis=1), 1)
+        mean = np.einsum("tkc,tk->tc", v, counts) / number[:, None]
+        spread = np.einsum("tk,tk->t", ((v - mean[:, None]) ** 2).sum(axis=2), counts) / number
         # between merged vertices it may jump so far; between the mesh's own it bends a little
         jumps = np.clip(2 * (1 - self.unmerged[k]), BENT, 1.0)
         return float(jumps * np.sqrt((spread * self.split[key].areas).sum()))

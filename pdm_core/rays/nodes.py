@@ -134,7 +134,7 @@ class Nodes:
 
     def _forget(self):
         """What is worked out of the nodes as they were."""
-        for name in ("weight", "reflectance", "parted"):
+        for name in ("weight", "reflectance", "parted", "lost"):
             vars(self).pop(name, None)
 
     def of(self, scene):
@@ -182,8 +182,20 @@ class Nodes:
 
     def on_meshes(self, own, facet, at):
         """Nodes and weights (h, 3) of surfaces (h,) at places (h, 2) of their facets (h,)."""
-        group, weight = self.meshes.corners(facet, at)
-        return self.first[own][:, None] + group, weight
+        return self.seen_of(own, *self.meshes.corners(facet, at))
+
+    def seen_of(self, own, group, weight):
+        """Groups and weights (h, 3) of meshes' surfaces (h,) -> nodes and weights (h, 3): those that nothing comes to
+        count for nothing, as where a mesh is sunk in others, but where all are such."""
+        node = self.first[own][:, None] + group
+        left = np.where(self.lost[node], 0, weight)
+        total = left.sum(axis=1, keepdims=True)
+        return node, np.where(total > 0, left / np.where(total > 0, total, 1), weight)
+
+    @cached_property
+    def lost(self):
+        """(n,) bool: of which no place has any light."""
+        return self.hidden.all(axis=1)
 
     def on_triangles(self, facet, at):
         """Places (h, 2) of hits on meshes' triangles, which facets reach a little beyond."""
@@ -205,7 +217,8 @@ class Nodes:
         the value's unit."""
         meshes = np.zeros(len(self.number))
         for k in self.meshes.which:
-            meshes[k] = NEXT * self.meshes.surplus(k, value[self.first[k] :])
+            mine = slice(self.first[k], self.first[k] + self.number[k])
+            meshes[k] = NEXT * self.meshes.surplus(k, value[mine], self.lost[mine])
         cells = len(self.lattice)
         off = self.lattice.surplus(value[:cells], uneven[:cells])
         return self.parted.surplus(value[:cells], off), meshes

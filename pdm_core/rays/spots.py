@@ -57,5 +57,5 @@ class Spots:
         back, rest = np.divmod(spots[split:] - self.cells, max(self.side, 1))
         part, quarter = np.divmod(rest, len(WEIGHTS))
         own = self.facets.surface[self.meshes.facet[part], back]
-        node[split:, :3], weight[split:, :3] = nodes.first[own][:, None] + self.meshes.corner[part], WEIGHTS[quarter]
+        node[split:, :3], weight[split:, :3] = nodes.seen_of(own, self.meshes.corner[part], WEIGHTS[quarter])
         return node, weight / weight.sum(axis=1, keepdims=True)  # between white walls 1 counts to the last digit
