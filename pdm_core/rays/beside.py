@@ -50,7 +50,8 @@ class Beside:
     def lifted(self, receivers):
         """Receivers, those on meshes moved: none is lifted through a flat shape that its mesh stands on or against.
 
-        A cup's foot would see what is under the table. What looks the way that a one-sided one does lies on it.
+        A cup's foot would see what is under the table. What looks the way that a one-sided one does lies on it. What
+        lies against it has its face's own normal.
         """
         number = self.scene.shape_of[receivers.surface]
         for k in np.unique(number[self.own[number] < 0]):
@@ -70,6 +71,9 @@ class Beside:
                 off = np.linalg.norm(points[on] - self.shapes[j].project(points[on]), axis=1)
                 on = on[off <= reach]
                 points[on] += (KEPT * self.tolerance - height[on])[:, None] * side
+                # what lies against it is within the mesh now, where a shading normal would look about
+                held = some[on[receivers.faces[some[on]] @ side < PARALLEL**2 / 2 - 1]]
+                receivers.normals[held] = receivers.faces[held]
             receivers.exact[some] = points
             receivers.points[some] = points - self.centre
         return receivers
