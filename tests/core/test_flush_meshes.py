@@ -97,3 +97,18 @@ def test_what_is_sunk_in_the_ground_takes_no_light_from_beside_it(place):
     turn = 2 * np.pi * np.arange(40) / 40
     beside = np.column_stack([0.403 * np.cos(turn) / 0.8, 0.403 * np.sin(turn), 0 * turn])
     assert np.abs(solution.radiance(5, place(beside)) - 1).mean() < 0.005
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_vertices_where_a_smooth_mesh_stands_against_walls_are_of_faces_that_are_seen(place, turn):
+    """Which of its faces a vertex was read on hung on their order: a box's corner on show was black."""
+    vertices, faces = FLUSH["box in a corner"]
+    lamp = place.box((1.6, 1.6, 2.2), (2.2, 2.2, 2.4), emission=10.0)
+    room = place.box((0, 0, 0), SIZE, inward=True, reflectance=0.6)
+    mesh = Mesh(place(vertices), faces[::turn], True)
+    solution = by_rays(Scene([*room, *lamp, Surface(mesh, 0.6)], rounding=2**-24))
+    middles = mesh.corners.mean(axis=1)[[np.flatnonzero((mesh.triangles == k).any(axis=1))[0] for k in range(8)]]
+    at = place(vertices)
+    told = 0.6 * solution.incident(np.full(8, 12), at, mesh.normals(at), middles)
+    for light in (told, solution.radiance(12, at)):
+        assert light[0].max() < 0.03 and light[1:].min() > 0.05
