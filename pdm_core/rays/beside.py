@@ -5,16 +5,9 @@ import numpy as np
 from ..shapes.shape import PARALLEL
 from ..tolerances import FLUSH, KEPT
 from .feet import Feet
-from .placed import Placed
 
 OPPOSITE = PARALLEL**2 / 2 - 1  # cosine of normals that look opposite ways
-
-
-def read_places(facets, surface, points, normals=None, inward=None):
-    """Placed points (n, 3) m of surfaces (n,) where colours are read off; normals, inward as Placed's."""
-    own = beside(facets)
-    inward = own.shown(surface, points, normals, inward)
-    return own.lifted(Placed(facets, surface, own.moved(surface, points), normals, inward))
+NARROW = 2.0**-6  # square of the sine of wedges, seven degrees wide, out of which points need not come
 
 
 def beside(facets):
@@ -78,37 +71,51 @@ class Beside:
         return inward
 
     def _near(self, mesh, points, reach=0.0):
-        """[(j, side (3,))] of flat shapes near points (n, 3) m of a mesh, and the normal of their side where it is."""
+        """[(j, side (3,))] of flat shapes near points (n, 3) m of a mesh, and the normal of their side where it is, 0
+        where it is in their plane."""
         low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
         flats = np.flatnonzero(((self.low <= high) & (self.high >= low)).all(axis=1))
-        centre = mesh.bounds[0]
-        return [(j, np.sign((centre - self.origin[j]) @ self.normal[j]) * self.normal[j]) for j in flats]
+        height = np.einsum("ki,ki->k", mesh.bounds[0] - self.origin[flats], self.normal[flats])
+        sign = np.where(np.abs(height) > FLUSH * self.tolerance, np.sign(height), 0.0)
+        return list(zip(flats, sign[:, None] * self.normal[flats]))
 
-    def lifted(self, receivers):
-        """Receivers, those on meshes moved: none is lifted through a flat shape that its mesh stands on or against.
+    def lifted(self, mesh, at, points, normals, faces):
+        """Points (n, 3) m lifted off a mesh, at what MeshReceiving.at tells of where on it, normals and its faces' own
+        (n, 3) -> points, normals: none is lifted through a flat shape that the mesh stands on or against or is sunk in.
 
         A cup's foot would see what is under the table. What looks the way that a one-sided one does lies on it. What
         lies against it has its face's own normal.
         """
-        number = self.scene.shape_of[receivers.surface]
-        for k in np.unique(number[self.own[number] < 0]):
-            shape = self.scene.shapes[k]
-            reach = shape.reach(KEPT * self.tolerance)
-            some = np.flatnonzero(number == k)
-            points = receivers.exact[some]
-            for j, side in self._near(shape, points, reach):
-                height = (points - self.origin[j]) @ side
-                on = (np.abs(height) <= reach) & (height < KEPT * self.tolerance)
-                if not self.two_sided[j]:
-                    on &= receivers.faces[some] @ self.normal[j] < -OPPOSITE
-                on &= ((points >= self.low[j] - reach) & (points <= self.high[j] + reach)).all(axis=1)
-                on = np.flatnonzero(on)
-                off = np.linalg.norm(points[on] - self.shapes[j].project(points[on]), axis=1)
-                on = on[off <= reach]
-                points[on] += (KEPT * self.tolerance - height[on])[:, None] * side
-                # what lies against it is within the mesh now, where a shading normal would look about
-                held = some[on[receivers.faces[some[on]] @ side < OPPOSITE]]
-                receivers.normals[held] = receivers.faces[held]
-            receivers.exact[some] = points
-            receivers.points[some] = points - self.centre
-        return receivers
+        triangle, foot = at
+        kept, reach = KEPT * self.tolerance, mesh.reach(KEPT * self.tolerance)
+        for j, side in self._near(mesh, points, reach):
+            height, before = ((a - self.origin[j]) @ self.normal[j] for a in (points, foot))
+            on = (np.abs(height) <= reach) | (height * before < 0)
+            if not self.two_sided[j]:
+                on &= faces @ self.normal[j] < -OPPOSITE
+            on = np.flatnonzero(on)
+            level = points[on] - height[on, None] * self.normal[j]
+            over = ((level >= self.low[j] - reach) & (level <= self.high[j] + reach)).all(axis=1)
+            on, level = on[over], level[over]
+            on = on[np.linalg.norm(level - self.shapes[j].project(level), axis=1) <= reach]
+            side = self._side(j, side, foot[on], mesh.corners[triangle[on]])
+            height = np.einsum("ni,ni->n", points[on] - self.origin[j], side)
+            low = height < kept
+            on, side, height = on[low], side[low], height[low]
+            cosine = np.einsum("ni,ni->n", faces[on], side)
+            # what lies against it is within the mesh now, where a shading normal would look about
+            held = cosine < OPPOSITE
+            normals[on[held]] = faces[on[held]]
+            # out of the wedge between the two, as far off the mesh as before
+            cosine = np.where(held, 0.0, np.minimum(cosine, 0.0))[:, None]
+            points[on] += (kept - height)[:, None] * (side - cosine * faces[on]) / np.maximum(1 - cosine**2, NARROW)
+        return points, normals
+
+    def _side(self, j, side, foot, corners):
+        """(n, 3) Normals of the flat shape j's side on which points are, foot (n, 3) m on triangles, corners (n, 3, 3)
+        m: that of the foot itself, of one in the plane that of its triangle, of one that lies there the mesh's, side.
+        """
+        normal, flush = self.normal[j], FLUSH * self.tolerance
+        height, corner = (foot - self.origin[j]) @ normal, (corners - self.origin[j]) @ normal
+        through = np.where(corner.max(axis=1) > flush, 1.0, np.where(corner.min(axis=1) < -flush, -1.0, side @ normal))
+        return np.where(np.abs(height) > flush, np.sign(height), through)[:, None] * normal

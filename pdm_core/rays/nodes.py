@@ -10,7 +10,6 @@ from functools import cached_property
 
 import numpy as np
 
-from .beside import beside
 from .lattice import NEXT, Lattice
 from .merged import PLACES, Merged
 from .on_charts import OnCharts
@@ -64,7 +63,6 @@ class Nodes:
         new, count = self.old < 0, 0 if before is None else len(before)
         own = np.repeat(self.surface[new], PLACES)
         added = Placed(self.facets, own, points.reshape(-1, 3), normals.reshape(-1, 3), triangle=triangle.ravel())
-        added = beside(self.facets).lifted(added)
         self.places = added if before is None else before.places.joined(added)
         index = np.where(new, count + np.cumsum(new) - 1, self.old)
         self.places.reorder((index[:, None] * PLACES + np.arange(PLACES)).ravel())

@@ -11,12 +11,12 @@ from ..deadline import ROUNDS, above_target, worked_on
 from ..plan import plan_by_rays
 from ..read_off import ReadOff, Unseen, oriented
 from ..signs_of_life import finish, mapped
-from .beside import read_places
 from .bundles import Receivers
 from .check import Check
 from .engine import RayState
 from .idle import idle_of
 from .kept import KeptRays, check_light
+from .placed import read_places
 from .refinement import excess_of, improve
 from .where import nodes_near
 
