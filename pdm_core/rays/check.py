@@ -56,11 +56,14 @@ class Check:
         own = HALF * (yield from in_thread(state.rows.unsure, state.sent))
         self.node_error = np.linalg.norm(nodes.reflectance * own, axis=1)
         of_nodes = self._relative(nodes.surface, nodes.weight, self.node_error**2)
+        dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
+        # of one sign, and no matter of how many rays there are
+        lost = yield from self._passed(np.repeat(state.lost[:, None], 3, axis=1))
         self.parts = {
             "rays": rays,
-            "shadows": shadows,
+            "shadows": float(np.hypot(shadows, lost)),
             "sent": (yield from in_thread(self._sent)),
-            "nodes": (yield from self._nodes(own, of_nodes)),
+            "nodes": (yield from self._passed(own)) + CORRELATED * dim * of_nodes,
             "solver": float(state.left),
         }
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
@@ -84,17 +87,12 @@ class Check:
             self.looked_rays, places = Traced(len(self.places), directions(state.read)), self.places
             yield from self.looked_rays.trace(state.facets, lambda rows, _: places.take(rows), np.arange(len(places)))
 
-    def _nodes(self, own, even):
-        """What the errors own (n, 3) of the nodes' rays cost once passed on, even: in the mean, and light of lamps
-        that no point stands for, which is of one sign; yields."""
+    def _passed(self, error):
+        """What errors (n, 3) of the light at the nodes cost once passed on; yields."""
         state, nodes = self.state, self.state.nodes
-        square = 0.0
-        for error in (own, np.repeat(state.lost[:, None], 3, axis=1)):
-            passing = in_thread(passed_on, state.rows.times, nodes.reflectance, error, state.amplified)
-            square = square + (nodes.reflectance * (yield from passing)) ** 2
-        dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
-        whole = self._relative(nodes.surface, nodes.weight, square.sum(axis=1), DIM_WITHIN)
-        return whole + CORRELATED * dim * even
+        passed = yield from in_thread(passed_on, state.rows.times, nodes.reflectance, error, state.amplified)
+        square = ((nodes.reflectance * passed) ** 2).sum(axis=1)
+        return self._relative(nodes.surface, nodes.weight, square, DIM_WITHIN)
 
     def _sent(self):
         """What finer cells would show of the light that is sent on, where others receive it: most of it of either sign,

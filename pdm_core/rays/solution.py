@@ -124,8 +124,9 @@ class RayApproach:
             yield from state.solve()
             yield from check.measure()
             self.history.append((state.elapsed(), check.error))
-            gained = 1.0 if self.best is None else 1 - check.error / max(self.best.error, 1e-300)
-            poor = poor + 1 if gained < LEAST_GAIN else 0
+            before = self.history[-2][1] if turn else np.inf
+            # finer cells may show what nobody knew: no sign that more would not help
+            poor = poor + 1 if abs(before - check.error) < LEAST_GAIN * before else 0
             if self.best is None or check.error <= self.best.error:
                 self.best = RaySolution(check, self.plan)
                 yield  # while no thread is at work
