@@ -132,7 +132,7 @@ class Nodes:
 
     def _forget(self):
         """What is worked out of the nodes as they were."""
-        for name in ("weight", "reflectance", "parted", "lost"):
+        for name in ("weight", "reflectance", "parted", "lost", "middle"):
             vars(self).pop(name, None)
 
     def of(self, scene):
@@ -180,15 +180,26 @@ class Nodes:
 
     def on_meshes(self, own, facet, at):
         """Nodes and weights (h, 3) of surfaces (h,) at places (h, 2) of their facets (h,)."""
-        return self.seen_of(own, *self.meshes.corners(facet, at))
+        return self.on_parts(own, *self.meshes.part(facet, at))
 
-    def seen_of(self, own, group, weight):
-        """Groups and weights (h, 3) of meshes' surfaces (h,) -> nodes and weights (h, 3): those that nothing comes to
-        count for nothing, as where a mesh is sunk in others, but where all are such."""
-        node = self.first[own][:, None] + group
-        left = np.where(self.lost[node], 0, weight)
-        total = left.sum(axis=1, keepdims=True)
-        return node, np.where(total > 0, left / np.where(total > 0, total, 1), weight)
+    def on_parts(self, own, part, at):
+        """As on_meshes, at places (h, 2) of parts (h,): those count for nothing that nothing comes to, as where a mesh
+        is sunk in others, and those beyond what runs through the part, but where all are such."""
+        node, cuts = self.first[own][:, None] + self.meshes.corner.take(part, axis=0), self.meshes.cuts
+        s, t = at.T
+        weight, none = np.stack([1 - s - t, s, t], axis=1), self.lost[node]
+        some, beyond = np.flatnonzero(cuts.touched[part]), none.copy()
+        beyond[some] |= cuts.apart(part[some], at[some], self.middle[node[some]])
+        for gone in (none, beyond):
+            left = np.where(gone, 0, weight)
+            total = left.sum(axis=1, keepdims=True)
+            weight = np.where(total > 0, left / np.where(total > 0, total, 1), weight)
+        return node, weight
+
+    @cached_property
+    def middle(self):
+        """(n, 3) m about the facets' centre, of those of their places that light comes to."""
+        return self.places.points.reshape(-1, PLACES, 3).mean(axis=1)
 
     @cached_property
     def lost(self):
