@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from ..read_off import runs_of
 from ..shapes.shape import PARALLEL
 from ..tolerances import FLUSH, KEPT
 from .feet import Feet
+from .grid import pairs_of
 
 OPPOSITE = PARALLEL**2 / 2 - 1  # cosine of normals that look opposite ways
 NARROW = 2.0**-6  # square of the sine of wedges, seven degrees wide, out of which points need not come
@@ -50,19 +52,22 @@ class Beside:
         number = self.scene.shape_of[surface]
         for k in np.unique(number[self.own[number] < 0]):
             mesh, some = self.scene.shapes[k], np.flatnonzero(number == k)
-            flats, reach = self._near(mesh, points[some]), FLUSH * self.tolerance
-            heights = [np.abs((points[some] - self.origin[j]) @ self.normal[j]) <= reach for j, _ in flats]
-            some = some[np.any(heights, axis=0)] if flats else some[:0]
+            flush = []
+            for j, on in self._over(points[some], 0.0):
+                height = (points[some[on]] - self.origin[j]) @ self.normal[j]
+                flush.append((j, on[np.abs(height) <= FLUSH * self.tolerance]))
+            some = some[np.unique(np.concatenate([np.zeros(0, int), *(on for _, on in flush)]))]
             point, triangle = mesh.places.around(points[some])
             who, against = some[point], np.zeros(len(point), bool)
             faces = self.scene.sign[surface[who], None] * mesh.triangle_normals[triangle]
-            for j, side in flats:
+            for j, _ in [pair for pair in flush if len(pair[1])]:
+                side = self._toward(mesh, j)
                 lies = faces @ side < OPPOSITE
                 if normals is not None:  # of a flat face that lies there
                     lies &= ~(normals[who] @ side < OPPOSITE)
                 lies = np.flatnonzero(lies)
                 off = np.linalg.norm(points[who[lies]] - self.shapes[j].project(points[who[lies]]), axis=1)
-                against[lies[off <= reach]] = True
+                against[lies[off <= FLUSH * self.tolerance]] = True
             turned = np.flatnonzero(~against & np.isin(who, who[against]))
             if len(turned):
                 which, first = np.unique(who[turned], return_index=True)
@@ -70,14 +75,21 @@ class Beside:
                 inward[which] = mesh.corners[triangle[turned[first]]].mean(axis=1)
         return inward
 
-    def _near(self, mesh, points, reach=0.0):
-        """[(j, side (3,))] of flat shapes near points (n, 3) m of a mesh, and the normal of their side where it is, 0
-        where it is in their plane."""
-        low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
-        flats = np.flatnonzero(((self.low <= high) & (self.high >= low)).all(axis=1))
-        height = np.einsum("ki,ki->k", mesh.bounds[0] - self.origin[flats], self.normal[flats])
-        sign = np.where(np.abs(height) > FLUSH * self.tolerance, np.sign(height), 0.0)
-        return list(zip(flats, sign[:, None] * self.normal[flats]))
+    def _over(self, points, reach):
+        """Yields numbers of flat shapes and which (k,) of points (n, 3) m are within reach m of their boxes."""
+        low, high = self.low - reach, self.high + reach
+        found = [np.zeros((2, 0), int)]
+        for who, flat in pairs_of(*points[:, :2].T, low[:, :2].T, high[:, :2].T):
+            near = ((points[who] >= low[flat]) & (points[who] <= high[flat])).all(axis=1)
+            found.append(np.stack([who[near], flat[near]]))
+        who, flat = np.concatenate(found, axis=1)
+        for j, some in runs_of(flat):
+            yield j, who[some]
+
+    def _toward(self, mesh, j):
+        """(3,) Normal of the flat shape j's side on which a mesh is, 0 where it is in its plane."""
+        height = (mesh.bounds[0] - self.origin[j]) @ self.normal[j]
+        return (np.sign(height) if abs(height) > FLUSH * self.tolerance else 0.0) * self.normal[j]
 
     def lifted(self, mesh, at, points, normals, faces):
         """Points (n, 3) m lifted off a mesh, at what MeshReceiving.at tells of where on it, normals and its faces' own
@@ -88,17 +100,19 @@ class Beside:
         """
         triangle, foot = at
         kept, reach = KEPT * self.tolerance, mesh.reach(KEPT * self.tolerance)
-        for j, side in self._near(mesh, points, reach):
-            height, before = ((a - self.origin[j]) @ self.normal[j] for a in (points, foot))
-            on = (np.abs(height) <= reach) | (height * before < 0)
+        for j, on in self._over(points, reach + np.linalg.norm(points - foot, axis=1).max(initial=0.0)):
+            height, before = ((a[on] - self.origin[j]) @ self.normal[j] for a in (points, foot))
+            near = (np.abs(height) <= reach) | (height * before < 0)
             if not self.two_sided[j]:
-                on &= faces @ self.normal[j] < -OPPOSITE
-            on = np.flatnonzero(on)
-            level = points[on] - height[on, None] * self.normal[j]
+                near &= faces[on] @ self.normal[j] < -OPPOSITE
+            on, height = on[near], height[near]
+            level = points[on] - height[:, None] * self.normal[j]
             over = ((level >= self.low[j] - reach) & (level <= self.high[j] + reach)).all(axis=1)
             on, level = on[over], level[over]
             on = on[np.linalg.norm(level - self.shapes[j].project(level), axis=1) <= reach]
-            side = self._side(j, side, foot[on], mesh.corners[triangle[on]])
+            if not len(on):
+                continue
+            side = self._side(j, self._toward(mesh, j), foot[on], mesh.corners[triangle[on]])
             height = np.einsum("ni,ni->n", points[on] - self.origin[j], side)
             low = height < kept
             on, side, height = on[low], side[low], height[low]

@@ -47,9 +47,10 @@ class Cuts:
         return meets, meets & (least < -self.reach) & (most > self.reach)
 
     def _height(self, flat, points):
-        """(n, k) m of points (n, k, 3) m over flat shapes (n,)."""
-        first = self.facets.first[flat]
-        return np.einsum("nki,ni->nk", points - self.facets.origin[first, None], self.facets.normal[first])
+        """(n, k) m of points (n, k, 3) m over flat shapes (n,), where these are given, not parted into layers."""
+        facets, first = self.facets, self.facets.first[flat]
+        height = np.einsum("nki,ni->nk", points - facets.origin[first, None], facets.normal[first])
+        return height + facets.moved[flat, None]
 
     def between(self, flat, places, middles):
         """(n, k) Whether flat shapes (n,) are between places and middles (n, k or 1, 3) m about the facets' centre."""

@@ -46,8 +46,8 @@ def valley(steps=4):
 @pytest.mark.parametrize("lean", [np.eye(3), LEAN], ids=["upright", "leaning"])
 @pytest.mark.parametrize("smooth", [False, True])
 def test_what_a_cup_sunk_in_a_table_holds_is_lit_from_above_the_top_alone(place, smooth, lean):
-    """Its inside below the top is closed off, and counted on the faces that come out of it: within the cup up to a fifth of
-    the light was lost, 1 to 2.4 % of all, where .3 were stated."""
+    """Its inside below the top is closed off, and counted on the faces that come out of it: within the cup up to a
+    fifth of the light was lost, 1 to 2.4 % of all, where .3 were stated."""
     vertices, faces = cup()
     table = place.box((-2, -2, -1), (2, 2, 0), reflectance=0.8, emission=0.2)
     body = Mesh(place(vertices @ lean.T), faces, smooth)
