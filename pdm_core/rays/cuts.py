@@ -19,6 +19,7 @@ class Cuts:
     def __init__(self, facets, merged):
         self.facets, self.reach = facets, ON * facets.tolerance
         self.points = merged.points
+        self.number = np.bincount(facets.shape[: facets.count], minlength=len(facets.first))
         kept, found = np.zeros(len(facets.first), bool), [np.zeros((3, 0), int)]
         kept[list(merged.split)] = True
         boxes = [facets.scene.shapes[k].box for k in facets.flat]
@@ -57,9 +58,21 @@ class Cuts:
         one, other = self._height(flat, places), self._height(flat, middles)
         across = one * other < 0
         share = np.divide(one, one - other, out=np.zeros(across.shape), where=across)[..., None]
-        met = places + share * (middles - places)
-        low, high = self.box[:, flat, None]
-        return across & ((met >= low - self.reach) & (met <= high + self.reach)).all(axis=2)
+        rows, columns = np.nonzero(across)
+        met = (places + share * (middles - places))[rows, columns]
+        across[rows, columns] = self._within(flat[rows], met)
+        return across
+
+    def _within(self, flat, points):
+        """(n,) Whether points (n, 3) m in the planes of flat shapes (n,) are within their outlines."""
+        facets = self.facets
+        which, facet = entries_of((facets.first, self.number), flat)
+        u, v, normal = (array[facet] for array in (facets.u, facets.v, facets.normal))
+        at = points[which] - facets.origin[facet]
+        s, t = (np.einsum("ni,ni->n", np.cross(a, b), normal) for a, b in ((at, v), (u, at)))
+        area = np.einsum("ni,ni->n", np.cross(u, v), normal)
+        inside = (s >= 0) & (t >= 0) & np.where(facets.triangle[facet], s + t <= area, np.maximum(s, t) <= area)
+        return np.bincount(which, inside, len(flat)) > 0
 
     def apart(self, part, at, middles):
         """(h, k) Whether anything is between places at (h, 2) on parts (h,) and middles (h, k, 3) m."""

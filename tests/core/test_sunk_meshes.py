@@ -5,7 +5,9 @@ import pytest
 from places import PLACES, Place
 from test_flush_meshes import LEAN, by_rays
 
-from pdm_core import Mesh, Scene, Surface
+from pdm_core import Mesh, Polygon, Scene, Surface
+from pdm_core.rays.facets import Facets
+from pdm_core.rays.merged import Merged
 
 BASE = 0.13  # m, of a cup below the table's top
 WALL = 0.05  # m, and of its bottom
@@ -76,3 +78,16 @@ def test_houses_in_a_valley_are_lit_from_the_ground_on(place, steps):
         assert np.abs(solution.radiance(k, place(low)) - 1).max() < 0.04
         beside = low + [0, 0.02 * np.sign(y + 0.85), -0.01]
         assert np.abs(solution.radiance(0, place(beside)) - 1).max() < 0.04
+
+
+def test_a_flat_shape_is_between_places_within_its_outline_alone(place):
+    """Within its box is not enough: a turned house kept the ground beside it apart too."""
+    outline = place(np.array([[-1, 0, 0], [0, -1, 0], [1, 0, 0], [0, 0.2, 0], [0, 1, 0]]))
+    spike = Mesh(place(np.array([[-1, -1, -1], [1, -1, 1], [0, 1, 0.5]])), [(0, 1, 2)])
+    facets = Facets(Scene([Surface(Polygon(outline), 0.5), Surface(spike, 0.5)]))
+    cuts = Merged(facets, np.array([1]), 1.0).cuts
+    ends = np.array(
+        [[[0.1, -0.2, 1], [0.0, -0.2, -1]], [[0.6, 0.6, 1], [0.6, 0.6, -1]], [[0.5, 0.3, 1], [0.3, 0.3, -1]]]
+    )
+    one, other = (place(a) - facets.centre for a in ends.swapaxes(0, 1))
+    assert cuts.between(np.zeros(3, int), one[:, None], other[:, None])[:, 0].tolist() == [True, False, False]
