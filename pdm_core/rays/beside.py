@@ -2,15 +2,14 @@
 
 import numpy as np
 
+from ..read_off import runs_of
 from ..shapes.shape import PARALLEL
 from ..tolerances import FLUSH, KEPT
 from .feet import Feet
-from .placed import Placed
+from .grid import pairs_of
 
-
-def read_places(facets, surface, points, normals=None, inward=None):
-    """Placed points (n, 3) m of surfaces (n,) where colours are read off; normals, inward as Placed's."""
-    return beside(facets).lifted(Placed(facets, surface, beside(facets).moved(surface, points), normals, inward))
+OPPOSITE = PARALLEL**2 / 2 - 1  # cosine of normals that look opposite ways
+NARROW = 2.0**-6  # square of the sine of wedges, seven degrees wide, out of which points need not come
 
 
 def beside(facets):
@@ -47,29 +46,90 @@ class Beside:
         points, shape = np.array(points, float), self.scene.shape_of[surface]
         return points + KEPT * self.tolerance * self.feet.away(shape, points - self.centre)
 
-    def lifted(self, receivers):
-        """Receivers, those on meshes moved: none is lifted through a flat shape that its mesh stands on or against.
-
-        A cup's foot would see what is under the table. What looks the way that a one-sided one does lies on it.
-        """
-        number = self.scene.shape_of[receivers.surface]
+    def shown(self, surface, points, normals, inward):
+        """points (n, 3) m of surfaces (n,), normals and inward as Placed's -> inward: vertices of meshes that stand on
+        flat shapes, or against them, are of one of their faces that does not lie there, where the normals allow it."""
+        number = self.scene.shape_of[surface]
         for k in np.unique(number[self.own[number] < 0]):
-            shape = self.scene.shapes[k]
-            reach = shape.reach(KEPT * self.tolerance)
-            some = np.flatnonzero(number == k)
-            points = receivers.exact[some]
-            centre, low, high = shape.bounds[0], points.min(axis=0) - reach, points.max(axis=0) + reach
-            for j in np.flatnonzero(((self.low <= high) & (self.high >= low)).all(axis=1)):
-                side = np.sign((centre - self.origin[j]) @ self.normal[j]) * self.normal[j]
-                height = (points - self.origin[j]) @ side
-                on = (np.abs(height) <= reach) & (height < KEPT * self.tolerance)
-                if not self.two_sided[j]:
-                    on &= receivers.faces[some] @ self.normal[j] < 1 - PARALLEL**2 / 2
-                on &= ((points >= self.low[j] - reach) & (points <= self.high[j] + reach)).all(axis=1)
-                on = np.flatnonzero(on)
-                off = np.linalg.norm(points[on] - self.shapes[j].project(points[on]), axis=1)
-                on = on[off <= reach]
-                points[on] += (KEPT * self.tolerance - height[on])[:, None] * side
-            receivers.exact[some] = points
-            receivers.points[some] = points - self.centre
-        return receivers
+            mesh, some = self.scene.shapes[k], np.flatnonzero(number == k)
+            flush = []
+            for j, on in self._over(points[some], 0.0):
+                height = (points[some[on]] - self.origin[j]) @ self.normal[j]
+                flush.append((j, on[np.abs(height) <= FLUSH * self.tolerance]))
+            some = some[np.unique(np.concatenate([np.zeros(0, int), *(on for _, on in flush)]))]
+            point, triangle = mesh.places.around(points[some])
+            who, against = some[point], np.zeros(len(point), bool)
+            faces = self.scene.sign[surface[who], None] * mesh.triangle_normals[triangle]
+            for j, _ in [pair for pair in flush if len(pair[1])]:
+                side = self._toward(mesh, j)
+                lies = faces @ side < OPPOSITE
+                if normals is not None:  # of a flat face that lies there
+                    lies &= ~(normals[who] @ side < OPPOSITE)
+                lies = np.flatnonzero(lies)
+                off = np.linalg.norm(points[who[lies]] - self.shapes[j].project(points[who[lies]]), axis=1)
+                against[lies[off <= FLUSH * self.tolerance]] = True
+            turned = np.flatnonzero(~against & np.isin(who, who[against]))
+            if len(turned):
+                which, first = np.unique(who[turned], return_index=True)
+                inward = np.full(points.shape, np.nan) if inward is None else np.array(inward)
+                inward[which] = mesh.corners[triangle[turned[first]]].mean(axis=1)
+        return inward
+
+    def _over(self, points, reach):
+        """Yields numbers of flat shapes and which (k,) of points (n, 3) m are within reach m of their boxes."""
+        low, high = self.low - reach, self.high + reach
+        found = [np.zeros((2, 0), int)]
+        for who, flat in pairs_of(*points[:, :2].T, low[:, :2].T, high[:, :2].T):
+            near = ((points[who] >= low[flat]) & (points[who] <= high[flat])).all(axis=1)
+            found.append(np.stack([who[near], flat[near]]))
+        who, flat = np.concatenate(found, axis=1)
+        for j, some in runs_of(flat):
+            yield j, who[some]
+
+    def _toward(self, mesh, j):
+        """(3,) Normal of the flat shape j's side on which a mesh is, 0 where it is in its plane."""
+        height = (mesh.bounds[0] - self.origin[j]) @ self.normal[j]
+        return (np.sign(height) if abs(height) > FLUSH * self.tolerance else 0.0) * self.normal[j]
+
+    def lifted(self, mesh, at, points, normals, faces):
+        """Points (n, 3) m lifted off a mesh, at what MeshReceiving.at tells of where on it, normals and its faces' own
+        (n, 3) -> points, normals: none is lifted through a flat shape that the mesh stands on or against or is sunk in.
+
+        A cup's foot would see what is under the table. What looks the way that a one-sided one does lies on it. What
+        lies against it has its face's own normal.
+        """
+        triangle, foot = at
+        kept, reach = KEPT * self.tolerance, mesh.reach(KEPT * self.tolerance)
+        for j, on in self._over(points, reach + np.linalg.norm(points - foot, axis=1).max(initial=0.0)):
+            height, before = ((a[on] - self.origin[j]) @ self.normal[j] for a in (points, foot))
+            near = (np.abs(height) <= reach) | (height * before < 0)
+            if not self.two_sided[j]:
+                near &= faces[on] @ self.normal[j] < -OPPOSITE
+            on, height = on[near], height[near]
+            level = points[on] - height[:, None] * self.normal[j]
+            over = ((level >= self.low[j] - reach) & (level <= self.high[j] + reach)).all(axis=1)
+            on, level = on[over], level[over]
+            on = on[np.linalg.norm(level - self.shapes[j].project(level), axis=1) <= reach]
+            if not len(on):
+                continue
+            side = self._side(j, self._toward(mesh, j), foot[on], mesh.corners[triangle[on]])
+            height = np.einsum("ni,ni->n", points[on] - self.origin[j], side)
+            low = height < kept
+            on, side, height = on[low], side[low], height[low]
+            cosine = np.einsum("ni,ni->n", faces[on], side)
+            # what lies against it is within the mesh now, where a shading normal would look about
+            held = cosine < OPPOSITE
+            normals[on[held]] = faces[on[held]]
+            # out of the wedge between the two, as far off the mesh as before
+            cosine = np.where(held, 0.0, np.minimum(cosine, 0.0))[:, None]
+            points[on] += (kept - height)[:, None] * (side - cosine * faces[on]) / np.maximum(1 - cosine**2, NARROW)
+        return points, normals
+
+    def _side(self, j, side, foot, corners):
+        """(n, 3) Normals of the flat shape j's side on which points are, foot (n, 3) m on triangles, corners (n, 3, 3)
+        m: that of the foot itself, of one in the plane that of its triangle, of one that lies there the mesh's, side.
+        """
+        normal, flush = self.normal[j], FLUSH * self.tolerance
+        height, corner = (foot - self.origin[j]) @ normal, (corners - self.origin[j]) @ normal
+        through = np.where(corner.max(axis=1) > flush, 1.0, np.where(corner.min(axis=1) < -flush, -1.0, side @ normal))
+        return np.where(np.abs(height) > flush, np.sign(height), through)[:, None] * normal

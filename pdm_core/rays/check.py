@@ -2,6 +2,7 @@
 of the rays and the cells of the nodes, as they reach others, and of the solver."""
 
 import copy
+from functools import partial
 
 import numpy as np
 
@@ -57,11 +58,17 @@ class Check:
         own = HALF * (yield from in_thread(state.rows.unsure, state.sent))
         self.node_error = np.linalg.norm(nodes.reflectance * own, axis=1)
         of_nodes = self._relative(nodes.surface, nodes.weight, self.node_error**2)
+        dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
+        sent, of_rays = (yield from in_thread(self._sent)), (yield from self._passed(own))
+        # of one sign, and no matter of how many rays there are
+        lost = yield from self._passed(np.repeat(state.lost[:, None], 3, axis=1))
+        self.passed = sent + of_rays + lost
+        whole = partial(self._relative, nodes.surface, nodes.weight)
         self.parts = {
             "rays": rays,
-            "shadows": shadows,
-            "sent": (yield from in_thread(self._sent)),
-            "nodes": (yield from self._nodes(own, of_nodes)),
+            "shadows": float(np.hypot(shadows, whole(lost, DIM_WITHIN))),
+            "sent": whole(sent),
+            "nodes": whole(of_rays, DIM_WITHIN) + CORRELATED * dim * of_nodes,
             "solver": float(state.left),
         }
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
@@ -85,21 +92,14 @@ class Check:
             self.looked_rays, places = Traced(len(self.places), directions(state.read)), self.places
             yield from self.looked_rays.trace(state.facets, lambda rows, _: places.take(rows), np.arange(len(places)))
 
-    def _nodes(self, own, even):
-        """What the errors own (n, 3) of the nodes' rays cost once passed on, even: in the mean, and light of lamps
-        that no point stands for, which is of one sign; yields."""
+    def _passed(self, error):
+        """(n,) Squares of what errors (n, 3) of the light at the nodes cost once passed on; yields."""
         state, nodes = self.state, self.state.nodes
-        square = 0.0
-        for error in (own, np.repeat(state.lost[:, None], 3, axis=1)):
-            passing = in_thread(passed_on, state.rows.times, nodes.reflectance, error, state.amplified)
-            square = square + (nodes.reflectance * (yield from passing)) ** 2
-        dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
-        self.passed = self.passed + square.sum(axis=1)
-        whole = self._relative(nodes.surface, nodes.weight, square.sum(axis=1), DIM_WITHIN)
-        return whole + CORRELATED * dim * even
+        passed = yield from in_thread(passed_on, state.rows.times, nodes.reflectance, error, state.amplified)
+        return ((nodes.reflectance * passed) ** 2).sum(axis=1)
 
     def _sent(self):
-        """What finer cells would show of the light that is sent on, where others receive it: most of it of either sign,
+        """(n,) Squares of what finer cells would show of the light sent, where others receive it: most of either sign,
         so that who sees many cells gets little of it, and who is near to one all; keeps what each cell and mesh makes
         of it."""
         state, nodes = self.state, self.state.nodes
@@ -122,8 +122,7 @@ class Check:
         signs = np.random.default_rng(len(nodes)).choice([-1, 1], (len(nodes), 3)) / np.sqrt(3)
         error = np.sqrt(received)[:, None] * signs
         passed = passed_on(state.rows.times, nodes.reflectance, error, state.amplified)
-        self.passed = rho**2 * (received + (passed**2).sum(axis=1))
-        return self._relative(own, nodes.weight, self.passed)
+        return rho**2 * (received + (passed**2).sum(axis=1))
 
     def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,

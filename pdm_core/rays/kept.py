@@ -7,10 +7,10 @@ from ..checked import SceneError
 from ..kept import KeptGroups, group
 from ..read_off import Unseen, check_same_shapes
 from ..signs_of_life import mapped
-from .beside import read_places
 from .bundles import NOTHING
 from .direct import COARSE, READ, Shares
 from .near import NearHits
+from .placed import read_places
 from .rows import bundle, directions
 from .sources import relit
 

@@ -8,6 +8,7 @@ import copy
 import numpy as np
 
 from ..shapes.shape import SIDES, side_of, square_lattice
+from .cuts import Cuts
 from .split import MOST, Split, find
 
 PLACES = 16  # of a node from which rays start in turn
@@ -38,36 +39,41 @@ class Merged:
 
     def _merge(self):
         """Of the shapes: split {shape: Split}, group {shape: (T, 3)}, the corners of its parts, distinct {shape:
-        number}, how many of them are different; of all in turn corner (sum of T, 3) and facet (sum of T,), whose each
-        is; of facets parts, first_part (m facets,): see split.find."""
+        number}, how many of them are different; of all in turn corner (sum of T, 3), points (sum of T, 3, 3) m and
+        facet (sum of T,), whose each is; what cuts them; of facets parts, first_part (m facets,): see split.find."""
         scene, facets = self.facets.scene, self.facets
-        for key, k in {scene.shape_of[k]: k for k in self.which if self.anew[k]}.items():
+        anew = {scene.shape_of[k]: k for k in self.which if self.anew[k]}
+        for key, k in anew.items():
             shape = scene.surfaces[k].shape
             self.split[key] = Split(shape, self.size[k])
             self.group[key], self.distinct[key] = merged_corners(shape, self.split[key], self.size[k])
+        self.parts, self.first_part = np.ones(facets.count, int), np.zeros(facets.count, int)
+        begin = np.cumsum([0, *map(len, self.split.values())])
+        for first, (key, split) in zip(begin, self.split.items()):
+            mine = slice(facets.first[key], facets.first[key] + len(split.parts))
+            self.parts[mine], self.first_part[mine] = split.parts, first + split.first
+        self.points = np.concatenate([np.zeros((0, 3, 3)), *(split.points for split in self.split.values())])
+        facet = [facets.first[key] + split.triangle for key, split in self.split.items()]
+        self.facet = np.concatenate([np.zeros(0, int), *facet])
+        self.cuts = Cuts(facets, self)
+        for first, key in zip(begin, self.split):
+            if key in anew:
+                self.group[key] = self.cuts.parted(first, self.group[key])
+        self.corner = np.concatenate([np.zeros((0, 3), np.int32), *self.group.values()])
         self.number, self.unmerged = np.zeros(len(scene), int), np.zeros(len(scene))
         for k in self.which:
             key = scene.shape_of[k]
             self.number[k] = self.group[key].max() + 1
             self.unmerged[k] = self.number[k] / self.distinct[key]
-        self.parts, self.first_part = np.ones(facets.count, int), np.zeros(facets.count, int)
-        begin = 0
-        for key, split in self.split.items():
-            mine = slice(facets.first[key], facets.first[key] + len(split.parts))
-            self.parts[mine], self.first_part[mine] = split.parts, begin + split.first
-            begin += len(split)
-        self.corner = np.concatenate([np.zeros((0, 3), np.int32), *self.group.values()])
-        facet = [facets.first[key] + split.triangle for key, split in self.split.items()]
-        self.facet = np.concatenate([np.zeros(0, int), *facet])
 
     def nodes(self, k):
         """Of the groups of a surface: it (n,), -1 (n,), the area of each (n,) m^2, points and normals (n, PLACES, 3)
         and their triangles (n, PLACES). Each corner stands for a third of its triangle, at the middle of that third."""
         scene = self.facets.scene
-        split, group = self.split[scene.shape_of[k]], self.group[scene.shape_of[k]].ravel()
-        area = np.repeat(split.areas / 3, 3)
-        corners = split.points
-        points = (corners / 2 + corners.mean(axis=1, keepdims=True) / 2).reshape(-1, 3)
+        key = scene.shape_of[k]
+        split, group = self.split[key], self.group[key].ravel()
+        area, begin = np.repeat(split.areas / 3, 3), self.first_part[self.facets.first[key]]
+        points = self.cuts.thirds(begin, begin + len(split)).reshape(-1, 3) + self.facets.centre
         weight = np.bincount(group, area)
         # of each group places by equal parts of its area
         order = np.argsort(group, kind="stable")
@@ -82,21 +88,17 @@ class Merged:
         new = np.full(len(weight), k), np.full(len(weight), -1), weight
         return *new, points[pick], normals[pick], split.triangle[pick // 3]
 
-    def corners(self, facet, at):
-        """Groups and weights (h, 3) that interpolate at places (h, 2) of facets (h,)."""
-        part, at = self.part(facet, at)
-        s, t = at.T
-        return self.corner.take(part, axis=0), np.stack([1 - s - t, s, t], axis=1)
-
     def part(self, facet, at):
         """Which parts (h,) of facets (h,) places (h, 2) are on, and where on them (h, 2)."""
         return find(self.parts.take(facet), self.first_part.take(facet), at)
 
-    def surplus(self, k, value):
-        """How far values (n, c) of a surface's groups vary over its faces, in L2."""
+    def surplus(self, k, value, lost):
+        """How far values (n, c) of a surface's groups vary over its faces, in L2; lost (n,): which do not count."""
         key = self.facets.scene.shape_of[k]
-        v = value[self.group[key]]
-        spread = ((v - v.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1)
+        v, counts = value[self.group[key]], ~lost[self.group[key]]
+        number = np.maximum(counts.sum(axis=1), 1)
+        mean = np.einsum("tkc,tk->tc", v, counts) / number[:, None]
+        spread = np.einsum("tk,tk->t", ((v - mean[:, None]) ** 2).sum(axis=2), counts) / number
         # between merged vertices it may jump so far; between the mesh's own it bends a little
         jumps = np.clip(2 * (1 - self.unmerged[k]), BENT, 1.0)
         return float(jumps * np.sqrt((spread * self.split[key].areas).sum()))

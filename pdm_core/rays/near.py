@@ -75,9 +75,9 @@ class NearHits:
         uneven = uneven / max(state.level * nodes.reflectance.max(initial=0.0), 1e-300)
         self.ways = np.minimum(uneven / MOST_UNEVEN, 1.0)  # (nodes,) of the rays that go on, as many as are worth it
         self.ways[state.narrow] = 1.0
-        uneven = (uneven > UNEVEN * state.target) | state.narrow
+        uneven = uneven > UNEVEN * state.target
         shown = state.rows.times(uneven[:, None].astype(float))[:, 0] > SHOWN if uneven.any() else uneven
-        self.reach = np.select([uneven, shown], REACH) * np.sqrt(nodes.weight)
+        self.reach = np.select([uneven, shown | state.narrow], REACH) * np.sqrt(nodes.weight)
         self.most = min(MOST, PAIRS // max(len(state.sources), 1))
         self.found, self.count = [], 0
         self.every, self.again, self.bundles = -(-count // ENOUGH), -(-FEW // count), 0
@@ -178,11 +178,10 @@ class NearHits:
 
 
 def in_narrow(nodes, traced):
-    """(n,) Whether nodes see most of what they see nearer than NARROW of their own size, as ASKED of their rays tell,
-    or are so near to such."""
+    """(n,) Whether nodes see most of what they see nearer than NARROW of their own size, as ASKED of their rays tell."""
     every = np.arange(0, len(traced.directions), max(len(traced.directions) // ASKED, 1))
     total, close = np.abs(traced.cosine[:, every]).sum(axis=1), np.zeros(len(nodes))
-    start, size, met = nodes.places.points.reshape(len(nodes), PLACES, 3), np.sqrt(nodes.weight), []
+    start, size = nodes.places.points.reshape(len(nodes), PLACES, 3), np.sqrt(nodes.weight)
     for part in slices(len(every), PLACES):
         row, column = np.nonzero(traced.code[:, every[part]] >= 0)
         column = every[part][column]
@@ -191,13 +190,7 @@ def in_narrow(nodes, traced):
         near = np.linalg.norm(place - start[row, place_of(column)], axis=1) < NARROW * size[row]
         row, column = row[near], column[near]
         close += np.bincount(row, np.abs(traced.cosine[row, column]), len(nodes))
-        met.append((row, code[near], at[near]))
-    narrow = close > MOSTLY * total
-    row, code, at = (np.concatenate(a) for a in zip(*met))
-    some = narrow[row]
-    beside = nodes.columns(code[some] >> 1, at[some], (code[some] & 1) == 0)[0]
-    narrow[beside] = True
-    return narrow
+    return close > MOSTLY * total
 
 
 def places_of(facets, facet, at):

@@ -10,7 +10,6 @@ from functools import cached_property
 
 import numpy as np
 
-from .beside import beside
 from .lattice import NEXT, Lattice
 from .merged import PLACES, Merged
 from .on_charts import OnCharts
@@ -64,7 +63,6 @@ class Nodes:
         new, count = self.old < 0, 0 if before is None else len(before)
         own = np.repeat(self.surface[new], PLACES)
         added = Placed(self.facets, own, points.reshape(-1, 3), normals.reshape(-1, 3), triangle=triangle.ravel())
-        added = beside(self.facets).lifted(added)
         self.places = added if before is None else before.places.joined(added)
         index = np.where(new, count + np.cumsum(new) - 1, self.old)
         self.places.reorder((index[:, None] * PLACES + np.arange(PLACES)).ravel())
@@ -134,7 +132,7 @@ class Nodes:
 
     def _forget(self):
         """What is worked out of the nodes as they were."""
-        for name in ("weight", "reflectance", "parted"):
+        for name in ("weight", "reflectance", "parted", "lost", "middle"):
             vars(self).pop(name, None)
 
     def of(self, scene):
@@ -182,8 +180,31 @@ class Nodes:
 
     def on_meshes(self, own, facet, at):
         """Nodes and weights (h, 3) of surfaces (h,) at places (h, 2) of their facets (h,)."""
-        group, weight = self.meshes.corners(facet, at)
-        return self.first[own][:, None] + group, weight
+        return self.on_parts(own, *self.meshes.part(facet, at))
+
+    def on_parts(self, own, part, at):
+        """As on_meshes, at places (h, 2) of parts (h,): those count for nothing that nothing comes to, as where a mesh
+        is sunk in others, and those beyond what runs through the part, but where all are such."""
+        node, cuts = self.first[own][:, None] + self.meshes.corner.take(part, axis=0), self.meshes.cuts
+        s, t = at.T
+        weight, none = np.stack([1 - s - t, s, t], axis=1), self.lost[node]
+        some, beyond = np.flatnonzero(cuts.touched[part]), none.copy()
+        beyond[some] |= cuts.apart(part[some], at[some], self.middle[node[some]])
+        for gone in (none, beyond):
+            left = np.where(gone, 0, weight)
+            total = left.sum(axis=1, keepdims=True)
+            weight = np.where(total > 0, left / np.where(total > 0, total, 1), weight)
+        return node, weight
+
+    @cached_property
+    def middle(self):
+        """(n, 3) m about the facets' centre, of those of their places that light comes to."""
+        return self.places.points.reshape(-1, PLACES, 3).mean(axis=1)
+
+    @cached_property
+    def lost(self):
+        """(n,) bool: of which no place has any light."""
+        return self.hidden.all(axis=1)
 
     def on_triangles(self, facet, at):
         """Places (h, 2) of hits on meshes' triangles, which facets reach a little beyond."""
@@ -205,7 +226,8 @@ class Nodes:
         the value's unit."""
         meshes = np.zeros(len(self.number))
         for k in self.meshes.which:
-            meshes[k] = NEXT * self.meshes.surplus(k, value[self.first[k] :])
+            mine = slice(self.first[k], self.first[k] + self.number[k])
+            meshes[k] = NEXT * self.meshes.surplus(k, value[mine], self.lost[mine])
         cells = len(self.lattice)
         off = self.lattice.surplus(value[:cells], uneven[:cells])
         return self.parted.surplus(value[:cells], off), meshes

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..read_off import runs_of
 from ..tolerances import CLEAR, KEPT
+from .beside import beside
 from .bundles import Receivers
 
 
@@ -30,7 +31,10 @@ class Placed(Receivers):
         for k, some in runs_of(surface[rest]):
             some = rest[some]
             told = {what: a[some] for what, a in given.items() if a is not None}
-            there = scene.surfaces[k].shape.receiving(out[some], scene.sign[k], least, **told)
+            thing = scene.surfaces[k].shape
+            *there, at = thing.receiving(out[some], scene.sign[k], least, **told)
+            if at is not None:
+                there[:2] = beside(facets).lifted(thing, at, *there)
             out[some], normal[some], faces[some] = there
         out += (facets.moved[shape] * sign)[:, None] * normal
         start = np.where((own < 0) | inside, facets.tolerance, -CLEAR * facets.tolerance)
@@ -48,6 +52,12 @@ class Placed(Receivers):
         """Makes the n-th place that of index[n] (n,)."""
         for name, value in vars(self).items():
             setattr(self, name, value.take(index, axis=0))
+
+
+def read_places(facets, surface, points, normals=None, inward=None):
+    """Placed points (n, 3) m of surfaces (n,) where colours are read off; normals, inward as Placed's."""
+    own = beside(facets)
+    return Placed(facets, surface, own.moved(surface, points), normals, own.shown(surface, points, normals, inward))
 
 
 def at_hits(facets, facet, front, place):

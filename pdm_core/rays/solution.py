@@ -11,12 +11,12 @@ from ..deadline import ROUNDS, above_target, worked_on
 from ..plan import plan_by_rays
 from ..read_off import ReadOff, Unseen, oriented
 from ..signs_of_life import finish, mapped
-from .beside import read_places
 from .bundles import Receivers
 from .check import Check
 from .engine import RayState
 from .idle import idle_of
 from .kept import KeptRays, check_light
+from .placed import read_places
 from .refinement import excess_of, improve
 from .rims import closed
 from .where import nodes_near
@@ -125,8 +125,9 @@ class RayApproach:
             yield from state.solve()
             yield from check.measure()
             self.history.append((state.elapsed(), check.error))
-            gained = 1.0 if self.best is None else 1 - check.error / max(self.best.error, 1e-300)
-            poor = poor + 1 if gained < LEAST_GAIN else 0
+            before = self.history[-2][1] if turn else np.inf
+            # finer cells may show what nobody knew: no sign that more would not help
+            poor = poor + 1 if abs(before - check.error) < LEAST_GAIN * before else 0
             if self.best is None or check.error <= self.best.error:
                 self.best = RaySolution(check, self.plan)
                 yield  # while no thread is at work

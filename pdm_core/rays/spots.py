@@ -19,10 +19,11 @@ class Spots:
     def __init__(self, nodes):
         self.nodes, self.facets, self.meshes = nodes, nodes.facets, nodes.meshes
         self.cells = SIDES * QUARTERS * len(nodes.lattice)
-        self.side = len(WEIGHTS) * len(self.meshes.corner)
+        each = len(WEIGHTS) * np.where(self.meshes.cuts.touched, SIDES, 1)
+        self.first, self.side = np.cumsum(each) - each, int(each.sum())
         self.count = self.cells + 2 * self.side
-        # a place that stands for a quarter's side, where something parts its cell
-        self.place = np.full((self.cells, 2), np.nan, np.float32)
+        # a place that stands for a quarter's side, where something parts its cell or its face
+        self.place = np.full((self.count, 2), np.nan, np.float32)
 
     def of(self, facet, at, back):
         """(h,) Spots at places (h, 2) of facets (h,), back (h,): 1 on the back, 0 on the front; -1 where nothing is
@@ -42,20 +43,24 @@ class Spots:
             part, inner = self.meshes.part(facet[some], nodes.on_triangles(facet[some], at[some]))
             s, t = inner.T
             quarter = np.select([s + t < 0.5, s >= 0.5, t >= 0.5], [0, 1, 2], 3)
-            out[some] = self.cells + self.side * back[some] + len(WEIGHTS) * part + quarter
+            parted = np.flatnonzero(self.meshes.cuts.touched[part])
+            quarter[parted] += len(WEIGHTS) * self.meshes.cuts.sides(part[parted], inner[parted])
+            out[some] = self.cells + self.side * back[some] + self.first[part] + quarter
+            self.place[out[some[parted]]] = inner[parted]
         return out
 
     def basis(self, spots):
         """Nodes and weights (k, 4) that interpolate in the middles of spots (k,), sorted."""
         nodes, split = self.nodes, np.searchsorted(spots, self.cells)
         node, weight = np.zeros((len(spots), 4), np.int32), np.zeros((len(spots), 4))
+        told = self.place[spots]
         if split:
             chart, middle = nodes.lattice.middles(spots[:split] // SIDES)
-            told = self.place[spots[:split]]
-            there = np.where(np.isnan(told), middle, told)
+            there = np.where(np.isnan(told[:split]), middle, told[:split])
             node[:split], weight[:split] = nodes.parted.columns(chart, there)
         back, rest = np.divmod(spots[split:] - self.cells, max(self.side, 1))
-        part, quarter = np.divmod(rest, len(WEIGHTS))
-        own = self.facets.surface[self.meshes.facet[part], back]
-        node[split:, :3], weight[split:, :3] = nodes.first[own][:, None] + self.meshes.corner[part], WEIGHTS[quarter]
+        part = np.searchsorted(self.first, rest, side="right") - 1
+        own, quarter = self.facets.surface[self.meshes.facet[part], back], (rest - self.first[part]) % len(WEIGHTS)
+        there = np.where(np.isnan(told[split:]), WEIGHTS[quarter, 1:], told[split:])
+        node[split:, :3], weight[split:, :3] = nodes.on_parts(own, part, there)
         return node, weight / weight.sum(axis=1, keepdims=True)  # between white walls 1 counts to the last digit

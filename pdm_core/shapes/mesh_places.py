@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..at_once import entries_of
 from ..names import names_of
 from ..nearest import NearestTriangle
 
@@ -26,9 +27,17 @@ class MeshPlaces:
 
     @cached_property
     def _corners(self):
-        """Names (k,), sorted, of the places where triangles have corners, and a corner there of each (k,): what is read
-        off at vertices needs no search."""
-        return np.unique(self.names.ravel(), return_index=True)
+        """Names (3 t,), sorted, of the places of all corners, and these (3 t,): what is read off at vertices needs no
+        search."""
+        order = np.argsort(self.names.ravel(), kind="stable")
+        return self.names.ravel()[order], order
+
+    def around(self, points):
+        """points (n, 3) m -> pairs (k,), (k,) of those at vertices and the triangles that have a corner there."""
+        names, corner = self._corners
+        first, last = (np.searchsorted(names, names_of(points), side) for side in ("left", "right"))
+        point, found = entries_of((first, last - first), np.arange(len(points)))
+        return point, corner[found] // 3
 
     def nearest(self, points):
         """points (n, 3) m -> nearest triangle (n,), barycentric coordinates (n, 3) of the nearest point on it."""

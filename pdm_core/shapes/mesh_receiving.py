@@ -29,7 +29,8 @@ class MeshReceiving:
 
     def at(self, points, sign, least, normals=None, middle=None, triangle=None):
         """points (n, 3) m near it -> where they receive light on the side of the sign, at least so many m off it, and
-        shading normals there (n, 3): those told, its own where they are nan or None; and its faces' (n, 3).
+        shading normals there (n, 3): those told, its own where they are nan or None; its faces' (n, 3); and which
+        triangles they are on (n,) and where (n, 3) m.
         middle (n, 3) m: a point of the face that each belongs to, nan or None for the nearest; triangle (n,): where it
         is known."""
         mesh, toward = self.mesh, points
@@ -49,11 +50,12 @@ class MeshReceiving:
             flat[given & (np.einsum("ni,ni->n", flat, smooth) < OPPOSITE)] *= -1
         length = np.linalg.norm(smooth, axis=1, keepdims=True)
         smooth = np.where(length > 1e-12, smooth / np.maximum(length, 1e-300), flat)
-        bary = inner(bary)
-        place = np.einsum("nk,nki->ni", bary, mesh.corners[triangle]) + self._inward(triangle, bary, least)
+        corners, inside = mesh.corners[triangle], inner(bary)
+        foot, place = (np.einsum("nk,nki->ni", a, corners) for a in (bary, inside))
+        place += self._inward(triangle, inside, least)
         lift = np.maximum(LIFTED * np.sqrt(mesh.areas[triangle]), least)
         # off the face, or along the light's own normal where faces meet in a ridge
-        return place + lift[:, None] * (flat + smooth) / 2, smooth, flat
+        return place + lift[:, None] * (flat + smooth) / 2, smooth, flat, (triangle, foot)
 
     def _inward(self, triangle, bary, least):
         """(n, 3) m: how far points, bary (n, 3) on triangles (n,), are moved along them, so as to keep at least so many

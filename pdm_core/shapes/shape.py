@@ -180,10 +180,11 @@ class Shape:
 
     def receiving(self, points, sign, least, normals=None, middle=None, triangle=None):
         """points (n, 3) m near it -> where they receive light on the side of the sign, at least so many m from the
-        border, normals there (n, 3), and those of faces (n, 3); what is told of points on meshes counts there alone."""
+        border, normals there (n, 3), those of faces (n, 3), and None; what is told of points on meshes counts there
+        alone."""
         points = self.inset(points, least)
         normals = sign * self.normals(points)
-        return points, normals, normals
+        return points, normals, normals, None
 
 
 class Flat(Shape):

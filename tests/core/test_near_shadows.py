@@ -7,8 +7,8 @@ from test_rays import by_rays
 from pdm_core import Plane, PointLight, Polygon, Scene, SunLight, Surface
 from pdm_core.closed_forms import kernel
 from pdm_core.contour import polygon_unoccluded
-from pdm_core.rays.beside import read_places
 from pdm_core.rays.engine import RayState
+from pdm_core.rays.placed import read_places
 from pdm_core.signs_of_life import finish
 
 RHO, TARGET = 0.8, 0.02
