@@ -4,6 +4,7 @@ The shapes' boxes go into a grid in the plane, and each receiver tests the shape
 a lamp the same projection is perspective.
 """
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,13 @@ class Receivers:
         """Those of the index."""
         parts = self.points, self.normals, self.own, self.start, self.inside, self.surface, self.faces
         return Receivers(*(a.take(index, axis=0) for a in parts))
+
+    def joined(self, other):
+        """These and then the other's."""
+        both = copy.copy(self)
+        for name, value in vars(self).items():
+            setattr(both, name, np.concatenate([value, getattr(other, name)]))
+        return both
 
 
 @dataclass

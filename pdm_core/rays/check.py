@@ -49,7 +49,13 @@ class Check:
         nodes, scene = state.nodes, state.scene
         weight, rho, off, sky = self.looked
         rows = yield from in_thread(Gathered, self.looked_rays, nodes, scene)
+        glare = yield from state.glare(state.read)
+        if glare is not None:
+            glare.take_out(rows, self.looked_rays, self.places)
         unsure = HALF * rows.unsure(state.sent)
+        if glare is not None:
+            one, other = yield from glare.at(self.places)
+            unsure = np.hypot(unsure, (one - other) / 2)
         if sky is not None:
             unsure = np.hypot(unsure, sky_missed(scene, sky, self.looked_rays))
         there = self.places.surface

@@ -16,6 +16,7 @@ from .amplified import amplification
 from .covered import covered
 from .direct import AT_NODES, COARSE, COMPARED, FINE, READ, TURNS, Shares
 from .facets import Facets
+from .glare import glare_of
 from .grid import batches
 from .near import NearHits, in_narrow
 from .nodes import LIT, Nodes
@@ -49,6 +50,7 @@ class RayState:
         self.read = RAYS  # directions where colours are read
         self.told = 1.0  # of the target: what direct light may be off by where part of a source is seen, in few places
         self.level = 0.0
+        self.glares = {}  # by the number of directions of those who see it
 
     def elapsed(self):
         """s since the beginning"""
@@ -146,7 +148,7 @@ class RayState:
         self.amplified = amplification(self.rows.times, rho)
         residual = right - indirect + scatter(indirect)
         self.received = outer + indirect
-        self.sent = rho * self.received + self.shining
+        self.sent, self.glares = rho * self.received + self.shining, {}
         weight, reflected = self.nodes.weight, rho * self.received
         square = np.bincount(self.nodes.surface, weight * (reflected**2).sum(axis=1), len(self.scene))
         spots = np.bincount([s.index for s in self.spots], [s.square for s in self.spots], len(self.scene))
@@ -174,6 +176,12 @@ class RayState:
 
     # -- reading -------------------------------------------------------------------------------------------------
 
+    def glare(self, count):
+        """The Glare for receivers with so many directions, or None, found once; yields."""
+        if count not in self.glares:
+            self.glares[count] = yield from glare_of(self, count)
+        return self.glares[count]
+
     def gather(self, receivers, count):
         """Indirect light and the sky's at receivers by `count` directions -> (n, 3); yields."""
         is_mesh = (self.facets.own < 0)[self.scene.shape_of]
@@ -185,17 +193,21 @@ class RayState:
         n, every = len(receivers), directions(count)
         total, weight = np.zeros((n, 3)), np.zeros(n)
         sent, near = self.sent.astype(np.float32), NearHits(self, receivers, count)
+        glare = yield from self.glare(count)
         for some in batches(count, n, self.facets):
             rays = bundle(self.facets, self.nodes, receivers, every[some])
             yield
             cosine = np.abs(rays.cosine)
             near.add(rays)
+            if glare is not None:
+                rays.basis[glare.told(rays, receivers)] = 0.0
             light = cosine[:, None] * light_of(rays, sent, self.scene, every[some])
             total += light.reshape(len(some), n, 3).sum(axis=0)
             weight += cosine.reshape(len(some), n).sum(axis=0)
         self.counts["rays"] += n * count
         total += yield from near.settle()
-        return total / np.maximum(weight, 1e-300)[:, None]
+        total /= np.maximum(weight, 1e-300)[:, None]
+        return total if glare is None else total + (yield from glare.at(receivers)).mean(axis=0)
 
     def lit(self, receivers, roughly=False):
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""

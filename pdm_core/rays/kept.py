@@ -42,6 +42,7 @@ class KeptRays(KeptGroups):
             steps = one.at(receivers, told, state.target, READ[state.target > COARSE])
             self.factor[:, k] = (yield from mapped(steps, lambda _, k=k: k / total))[0][:, 0]
         light, near = np.zeros((len(receivers), 3)), NearHits(state, receivers, state.read)
+        self.glare = yield from mapped(state.glare(state.read), lambda _: 0.0)
         for j, direction in enumerate(directions(state.read)):
             self._along(state, receivers, j, direction, light, near)
             yield (len(state.sources) + j / state.read) / total
@@ -49,6 +50,8 @@ class KeptRays(KeptGroups):
         self.outside.settle()
         for array in (light, self.rows):
             array /= self.outside.total[:, None]
+        if self.glare is not None:
+            light += (yield from mapped(self.glare.at(receivers), lambda _: 1.0)).mean(axis=0)
         self.settle(light)
 
     def _tolerance(self, state, k):
@@ -62,6 +65,8 @@ class KeptRays(KeptGroups):
         rays = bundle(state.facets, state.nodes, receivers, direction[None])
         hit, node, cosine = rays.who, rays.node, rays.cosine
         near.add(rays)
+        if self.glare is not None:
+            rays.basis[self.glare.told(rays, receivers)] = 0.0
         basis = rays.basis * np.abs(cosine[hit, None])
         light[hit] += np.einsum("hk,hkc->hc", basis, state.sent[node])
         for column, weight in zip(self.of[node].T, basis.T, strict=True):

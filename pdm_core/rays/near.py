@@ -178,7 +178,7 @@ class NearHits:
 
 
 def in_narrow(nodes, traced):
-    """(n,) Whether nodes see most of what they see nearer than NARROW of their own size, as ASKED of their rays tell."""
+    """(n,) Whether nodes see most of what they see nearer than NARROW of their own size, as ASKED rays tell."""
     every = np.arange(0, len(traced.directions), max(len(traced.directions) // ASKED, 1))
     total, close = np.abs(traced.cosine[:, every]).sum(axis=1), np.zeros(len(nodes))
     start, size = nodes.places.points.reshape(len(nodes), PLACES, 3), np.sqrt(nodes.weight)

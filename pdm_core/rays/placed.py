@@ -1,7 +1,5 @@
 """Places on surfaces as receivers of rays: moved off what bounds their shapes, and told what they must not meet."""
 
-import copy
-
 import numpy as np
 
 from ..read_off import runs_of
@@ -40,13 +38,6 @@ class Placed(Receivers):
         start = np.where((own < 0) | inside, facets.tolerance, -CLEAR * facets.tolerance)
         super().__init__(out - facets.centre, normal, own, start, inside, surface, faces)
         self.exact = out
-
-    def joined(self, other):
-        """These places and then the other's."""
-        both = copy.copy(self)
-        for name, value in vars(self).items():
-            setattr(both, name, np.concatenate([value, getattr(other, name)]))
-        return both
 
     def reorder(self, index):
         """Makes the n-th place that of index[n] (n,)."""

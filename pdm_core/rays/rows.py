@@ -81,6 +81,11 @@ def bundle(facets, nodes, receivers, directions):
     return Bundle(ray, who[ray], facet, at, front, node, basis, hits.cosine, hits.facet == NOTHING)
 
 
+def heaviest(node, basis):
+    """(h,) Of the nodes (h, 4) of each place the one that tells most of it, by their basis (h, 4)."""
+    return node[np.arange(len(node)), basis.argmax(axis=1)]
+
+
 def light_of(rays, sent, scene, directions):
     """(k n, 3) What comes along the rays of a Bundle in directions (k, 3): what nodes send (nodes, 3), or the sky."""
     out = np.zeros((len(rays.cosine), 3))
@@ -159,7 +164,7 @@ class Gathered:
     def cells_met(self):
         """Yields, for some of the receivers at a time, which they are, the nodes whose cells they see, and the share of
         what each gets that comes from there, all (k,), each pair once."""
-        own = np.append(self.node[np.arange(len(self.node)), self.weight.argmax(axis=1)], -1)
+        own = np.append(heaviest(self.node, self.weight), -1)
         for part in self.parts:
             node, share = own.take(self.spot[part]), np.abs(self.cosine[part]) / self.whole[part]
             row, column = np.nonzero(node >= 0)

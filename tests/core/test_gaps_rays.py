@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from pdm_core import Plane, Polygon, Scene, Surface
+from pdm_core.rays import glare
 from pdm_core.rays.beside import read_places
 from pdm_core.rays.engine import RayState
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.rims import closed
 from pdm_core.rays.solution import ray_steps
+from pdm_core.shapes.shape import square_lattice
 from pdm_core.signs_of_life import finish
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stability"))
@@ -76,6 +78,36 @@ def test_a_gap_that_is_closed_to_a_lamp_is_told_with_both_names(turn, gap, told)
     assert len(said) == told
     if told:
         assert "'object 1' and 'object 6'" in said[0]
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("kept", [False, True])
+def test_no_place_is_lit_by_a_ray_that_happens_to_meet_the_glare_in_a_gap(turn, kept):
+    """One of 64 rays through a slit of a millimetre made single places three times as bright."""
+    scene, turn = room(1e-3, turn, False)
+    solution = finish(ray_steps(scene, 0.04, None, "asked for"))
+    x, z = np.meshgrid(np.linspace(0.3, SIZE - 0.3, 60), np.linspace(2.5, SIZE - 0.1, 40))
+    walls = [[0 * x, x, z], [0 * x + SIZE, x, z], [x, 0 * x + SIZE, z]]
+    surface, places = np.repeat([2, 3, 4], x.size), np.moveaxis(walls, 1, -1).reshape(-1, 3) @ turn.T
+    read = solution.kept(surface, places).incident(scene) if kept else solution.incident(surface, places)
+    light = read[:, 0].reshape(3, *x.shape)
+    around = [light[:, 1:-1, :-2], light[:, 1:-1, 2:], light[:, :-2, 1:-1], light[:, 2:, 1:-1]]
+    assert (light[:, 1:-1, 1:-1] < 1.1 * np.median(around, axis=0)).all()
+
+
+@pytest.mark.parametrize("gap", [0.05, 0.15])
+@pytest.mark.parametrize("turn", TURNS)
+def test_all_that_glare_sends_arrives(turn, gap, monkeypatch):
+    """By points, if more than usual, as much as by very many rays, where no other light is."""
+    monkeypatch.setattr(glare, "POINTS", 1000)
+    scene, turn = room(gap, turn, False)
+    paint = [replace(s, reflectance=WHITE * (k == 1), emission=float(k == 6)) for k, s in enumerate(scene.surfaces)]
+    state = finish(ray_steps(Scene(paint), 0.04, None, "asked for"))._state
+    x, y = square_lattice(200).T * SIZE
+    wall = read_places(state.facets, np.full(len(x), 4), np.stack([x, 0 * x + SIZE, y], axis=1) @ turn.T)
+    by_points, state.glares = finish(state.gather(wall, 64)), {1024: None}
+    by_rays = finish(state.gather(wall, 1024))
+    assert by_points.mean() == pytest.approx(by_rays.mean(), rel=0.1)
 
 
 def test_where_light_jumps_at_what_stands_there_cells_are_not_bent():
