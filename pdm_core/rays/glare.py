@@ -98,11 +98,12 @@ def glare_of(state, count):
         ray = order[some].ravel()
         leaves[ray] = _leaving(facets, start.take(ray), reach[node[ray]], directions(WAYS)[some])
         yield
-    taken = rng.permutation(np.flatnonzero(leaves > rng.random(len(leaves))))
+    taken = np.flatnonzero(leaves > rng.random(len(leaves)))
     if not len(taken):
         return None
-    part = order.size / len(node) * min(1.0, POINTS / max(len(taken), 1))  # of those that would be
-    taken = taken[:POINTS]
+    few = min(POINTS, len(taken))
+    part = order.size / len(node) * few / len(taken)  # of those that would be
+    taken = taken[np.arange(few) * len(taken) // few]  # from all over it
     start, node, light, leaves = start.take(taken), node[taken], light[taken] / part, leaves[taken]
     for some in batches(TOLD, len(taken), facets):
         again = np.tile(np.arange(len(taken)), len(some))
