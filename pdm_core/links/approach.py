@@ -39,7 +39,7 @@ class Approach:
 
     def steps(self):
         """Generator, often: ever lower targets, until the last is met or no better solution is to be had."""
-        yield from self.transport.grow(self.transport.sent.leaves[:0])
+        yield from self.transport.grow(self.transport.sent.halvings[:0])
         self.light.follow()
         for target, final in _ladder(self.target):
             yield from self.refinement.light_up(target, final)

@@ -15,7 +15,7 @@ def state():
     """A lit room of reflectance .5 with rows at the first nodes."""
     surfaces = [Surface(plane, 0.5, float(k == 1)) for k, plane in enumerate(cube_planes())]
     approach = Approach(Scene(surfaces), 0.01)
-    finish(approach.transport.grow(approach.transport.sent.leaves[:0]))
+    finish(approach.transport.grow(approach.transport.sent.halvings[:0]))
     approach.light.follow()
     approach.refinement.link_up(0.01)
     finish(approach.light.extend())

@@ -69,7 +69,7 @@ def test_cells_of_cut_planes_cover_them_and_are_found_again():
     rng = np.random.default_rng(3)
     for _ in range(3):
         leaves = field.leaves
-        field.refine(leaves[rng.random(len(leaves)) < 0.3])
+        field.refine(field.halvings[rng.random(len(field.halvings)) < 0.3])
     leaves = field.leaves
     assert np.allclose(np.bincount(field.surface[leaves], field.sizes()[leaves]), field.scene.areas)
     uv = rng.uniform(0.1, 0.9, (len(leaves), 2))
@@ -89,7 +89,7 @@ def test_light_from_a_plane_that_varies_over_it(v):
     scene = Scene([Surface(source, 0.5, 1.0), Surface(receiver, 0.5, side="back"), Surface(receiver, 0.5)])
     factors, field = Factors(scene, Shafts(scene), Counter()), Field(scene)
     for _ in range(2):
-        field.refine(field.leaves)
+        field.refine(field.halvings)
     at = np.random.default_rng(2).random((40, 2))
     points = receiver.origin + at[:, :1] * receiver.u + at[:, 1:] * receiver.v
     nodes, weights = gauss_square(80)
