@@ -86,8 +86,13 @@ class Transport:
         within = (1 - BESIDE) * STEPS[number] / 2 + BESIDE / 2  # a node on an edge of the leaf is on others' as well
         root, place = f.root[f.surface[leaf]] + f.face[leaf], f.in_chart(leaf) + within * 0.5 ** f.level[leaf]
         there = self.sent.below(root, place)[0]
-        which, axis = np.nonzero(self.sent.level[there] < f.level[leaf])
-        return np.unique(2 * there[which] + axis)
+        coarser = self.sent.level[there] < f.level[leaf]
+        there, which = np.unique(there, return_inverse=True)
+        count = np.stack([np.bincount(which, lacks, len(there)) for lacks in coarser.T], axis=1)
+        # where parts of it lack halves along other axes, first along that which all lack
+        first = count == np.bincount(which, minlength=len(there))[:, None]
+        some = np.where(first.any(axis=1, keepdims=True), first, count > 0)
+        return self.sent.both(there)[some.ravel()]
 
     # -- factors of the lights -----------------------------------------------------------------------------------
 

@@ -7,10 +7,15 @@ import pytest
 from rooms import cube_planes
 
 from pdm_core import Plane, Scene, Surface, each_surface, solve
+from pdm_core.biquadratic import basis2
 from pdm_core.charts import STRIP, charts_of
+from pdm_core.error_estimates import SOURCE, leaf_errors
 from pdm_core.field import Field
+from pdm_core.field_values import conform, predict
 from pdm_core.links.gather import Detail, Gather
+from pdm_core.links.transport import Transport
 from pdm_core.numerics import Rows, gauss_square
+from pdm_core.signs_of_life import finish
 from pdm_core.visibility import Factors, Shafts
 
 CEILING = 1
@@ -80,6 +85,81 @@ def test_cells_of_cut_planes_cover_them_and_are_found_again():
         [(weights * at).sum(axis=1) for at in np.array([(a, b) for a in range(3) for b in range(3)]).T / 2], 1
     )
     assert np.allclose(nodes, uv, atol=1e-3)  # the nodes are a hair inside of the border
+
+
+def sheet():
+    return Field(Scene([Surface(Plane((0, 0, 0), (1, 0, 0), (0, 1, 0)), 0.5, 1.0)]))
+
+
+def halved(field, rng, times=4):
+    """Some of its leaves along one axis or both, so many times."""
+    for _ in range(times):
+        field.refine(field.halvings[rng.random(len(field.halvings)) < 0.2])
+
+
+def resolved(bending):
+    """A sheet refined until what is told of its error is .1 % of a field (n,) of its nodes' places (n, 2)."""
+    field, allowed = sheet(), np.array([1e-3])
+    while True:
+        value = bending(field.points[:, :2])[:, None]
+        halvings = each_surface.worst_of_parts(field, leaf_errors(field, value) / SOURCE, allowed)
+        if not len(halvings):
+            return field, value
+        field.refine(halvings)
+
+
+def test_cells_are_halved_along_the_axis_that_light_bends_along():
+    decay = lambda x: np.exp(-x / 0.02)  # noqa: E731
+    at = np.random.default_rng(4).random((4000, 2))
+    level, nodes = [], []
+    for bending in (
+        lambda x: decay(x[:, 0]),
+        lambda x: decay(x[:, 1]),
+        lambda x: decay(x[:, 0]) * (1 + 0.5 * x[:, 1]),
+        lambda x: decay(x[:, 0]) + decay(x[:, 1]),
+    ):
+        field, value = resolved(bending)
+        placed = field.locate(np.zeros(len(at), int), np.column_stack([at, 0 * at[:, 0]]))
+        off = field.interpolate(placed, value)[:, 0] - bending(at)
+        assert np.sqrt(np.mean(off**2)) < 2e-3
+        level.append(field.level[field.leaves].max(axis=0).tolist())
+        nodes.append(len(field.keys))
+    assert level[0] == level[1][::-1] and level[0][0] >= 3 and level[0][1] == 1
+    assert nodes[0] == nodes[1] and nodes[2] < 2 * nodes[0] < nodes[3]
+
+
+def test_what_cells_halved_one_way_hold_is_continuous_and_exact_for_their_polynomials():
+    field, rng = sheet(), np.random.default_rng(6)
+    halved(field, rng)
+    old = len(field.keys)
+    place = lambda: field.on.each("at", field.node_surface, field.points)[1]  # noqa: E731
+    parabolic = lambda t: ((1 + t[:, 0] - 3 * t[:, 0] ** 2) * (2 - t[:, 1] + t[:, 1] ** 2))[:, None]  # noqa: E731
+    known = parabolic(place())
+    halved(field, rng, 2)
+    assert np.abs(predict(field, known, old) - parabolic(place()[old:])).max() < 1e-3  # nodes are a hair off the border
+    value = conform(field, field.leaves, np.arange(len(field.keys)), rng.random((len(field.keys), 1)))
+    leaves = field.leaves[rng.integers(0, len(field.leaves), 3000)]
+    edge, along = rng.integers(0, 4, 3000), rng.random(3000)
+    uv = np.where((edge < 2)[:, None], np.column_stack([edge % 2, along]), np.column_stack([along, edge % 2]))
+    at, step = field.in_chart(leaves) + uv * 0.5 ** field.level[leaves], np.where((edge < 2)[:, None], (1, 0), (0, 1))
+    inner = ((at > 1e-6) & (at < 1 - 1e-6)).all(axis=1)
+    sides = []
+    for side in (-1e-9, 1e-9):
+        cell, within = field.below(np.zeros(inner.sum(), int), (at + side * step)[inner])
+        sides.append((basis2(within) * value[field.nodes[cell], 0]).sum(axis=1))
+    assert np.abs(sides[0] - sides[1]).max() < 1e-5
+
+
+def test_what_is_sent_has_all_nodes_of_the_field_and_no_more_than_it_needs():
+    transport, rng = Transport(room_with(hanging(), emission=1.0)), np.random.default_rng(2)
+    finish(transport.grow(transport.sent.halvings[:0]))
+    for _ in range(3):
+        halvings = transport.field.halvings
+        finish(transport.split(halvings[rng.random(len(halvings)) < 0.2]))
+        assert np.array_equal(np.sort(transport.sent.keys), np.sort(transport.field.keys))
+    finish(transport.grow(transport.sent.halvings[::7]))
+    finish(transport.split(transport.field.halvings[::5]))
+    assert (transport.sent.find(transport.field.keys) >= 0).all()
 
 
 @pytest.mark.parametrize("v", [(0, 3, 0), (1.5, 3, 0), (-2.5, 2, 0)])
