@@ -6,7 +6,7 @@ beforehand.
 
 import numpy as np
 
-from .charts import FACING, STRIP
+from .charts import FACING, STRIP, THIN
 
 # cells in a gap between planes: no larger than so many gaps or that part of the other plane's radius, or, in charts
 # that end where the gap does, so that nodes crowd there anyway, that one
@@ -46,8 +46,8 @@ def crowded(field, touching, flat, wanted):
 
 
 def _flat_gap(field, cells, points, size, plane):
-    """Cells of planes, by their centres and sizes, before another plane: the gap's width (n,) m, 0 where there is none,
-    and sizes (n,) m to which they are resolved."""
+    """Cells of planes, by their centres and sizes, before another plane: the gap's width (n,) m, 0 but where there
+    are strips along its rim, and sizes (n,) m to which they are resolved."""
     normal = field.normals[field.nodes[cells, 4]]
     offset = plane.project(points) - points
     across = np.abs(np.einsum("ni,ni->n", normal, offset))
@@ -59,4 +59,5 @@ def _flat_gap(field, cells, points, size, plane):
     scale = np.maximum(GAPS * gap, np.where(ends, GRADED_EXTENT, EXTENT) * plane.bounds[1])
     closed = across <= field.contacts.apart  # nothing lies between
     facing = (np.abs(normal @ plane.normal) > FACING) & ~closed
-    return np.where(facing & (beside < STRIP * across), across, 0.0), np.where(facing, scale, np.inf)
+    strips = facing & (field.charts[own] > 1) & (across < THIN * plane.bounds[1]) & (beside < STRIP * across)
+    return np.where(strips, across, 0.0), np.where(facing, scale, np.inf)

@@ -12,6 +12,7 @@ from pdm_core.charts import STRIP, charts_of
 from pdm_core.error_estimates import SOURCE, leaf_errors
 from pdm_core.field import Field
 from pdm_core.field_values import conform, predict
+from pdm_core.gaps import crowded
 from pdm_core.links.gather import Detail, Gather
 from pdm_core.links.transport import Transport
 from pdm_core.numerics import Rows, gauss_square
@@ -54,6 +55,20 @@ def test_charts_end_at_the_rims_of_a_narrow_gap_and_of_nothing_else():
     beside = hanging(low=(-1.0, 3.5))
     for panel in (hanging(gap=1.0), hanging(gap=1e-6), hanging(turn=0.3), beside):
         assert (charts_of(room_with(panel)).cuts[:, :, 1] == 1).all()
+
+
+def test_strips_along_the_rim_of_a_gap_are_halved_across_it_alone():
+    field = Field(room_with(hanging()))
+    while len(halvings := crowded(field, np.zeros(len(field.scene.shapes)), 0.1, np.ones(len(field.scene), bool))):
+        field.refine(halvings)
+    panel = len(field.scene) - 1  # its back, of 3 x 3 charts, faces the ceiling
+    leaves = field.leaves[field.surface[field.leaves] == panel]
+    level, (first, second) = field.level[leaves], field.chart_of(leaves).T
+    strip = (first != 1) & (second == 1)
+    assert level[strip, 0].min() >= 2 and level[strip, 1].max() <= 1
+    strip = (first == 1) & (second != 1)
+    assert level[strip, 1].min() >= 2 and level[strip, 0].max() <= 1
+    assert not field.level[field.surface == 0].max() > 1  # the floor has nothing near
 
 
 def test_light_jumps_where_a_plane_stands_on_another():
