@@ -27,8 +27,7 @@ def crowded(field, touching, flat, wanted):
     points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
     own = field.scene.shape_of[field.surface[leaves]]
     split, bend = np.zeros((len(leaves), 2), bool), np.array([shape.bend for shape in field.scene.shapes])
-    extent = field.points[field.nodes[leaves][:, (7, 5)]] - field.points[field.nodes[leaves][:, (1, 3)]]
-    extent = np.linalg.norm(extent, axis=2)  # along both axes
+    extent, chart = (_extents(field, cells) for cells in (leaves, field.root[field.surface[leaves]] + field.face[leaves]))
     for k, shape in enumerate(field.scene.shapes):
         centre, radius = shape.bounds
         near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * size))
@@ -41,8 +40,14 @@ def crowded(field, touching, flat, wanted):
         scale = np.where(np.isfinite(radius), np.maximum(tangent, least), np.maximum(wide, flat * least))
         split[near] |= (size[near] > scale)[:, None]
         gap = np.where(np.isfinite(radius), 0.0, narrow)[:, None]
-        split[near] |= (extent[near] < WITHIN * STRIP * gap) & (extent[near] > ACROSS * gap)
+        split[near] |= (chart[near] < WITHIN * STRIP * gap) & (extent[near] > ACROSS * gap)
     return np.intersect1d(field.both(leaves)[split.ravel()], field.halvings)
+
+
+def _extents(field, cells):
+    """(n, 2) m Widths of cells (n,) along both axes, through their middles."""
+    nodes = field.nodes[cells]
+    return np.linalg.norm(field.points[nodes[:, (7, 5)]] - field.points[nodes[:, (1, 3)]], axis=2)
 
 
 def _flat_gap(field, cells, points, size, plane):

@@ -118,7 +118,7 @@ class Refinement:
         part = np.zeros(f.level.shape)
         # they add up, not their squares
         part[f.leaves] = np.sqrt(np.linalg.norm(bend, axis=2) * f.sizes()[f.leaves][:, None])
-        halvings = _ordered(f, part, _worst(f, part, np.sqrt(STRAIGHTER) * np.linalg.norm(part)))
+        halvings = _worst(f, part, np.sqrt(STRAIGHTER) * np.linalg.norm(part))
         room = t.room(LIGHT_NODES if direct else 1.0)
         if not min(len(halvings), room):
             return False
