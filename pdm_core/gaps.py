@@ -27,7 +27,8 @@ def crowded(field, touching, flat, wanted):
     points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
     own = field.scene.shape_of[field.surface[leaves]]
     split, bend = np.zeros((len(leaves), 2), bool), np.array([shape.bend for shape in field.scene.shapes])
-    extent, chart = (_extents(field, cells) for cells in (leaves, field.root[field.surface[leaves]] + field.face[leaves]))
+    extent = _extents(field, leaves)
+    chart = _extents(field, field.root[field.surface[leaves]] + field.face[leaves])
     for k, shape in enumerate(field.scene.shapes):
         centre, radius = shape.bounds
         near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * size))
