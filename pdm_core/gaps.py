@@ -23,11 +23,12 @@ def crowded(field, touching, flat, wanted):
     wanted (n surfaces,): whether a surface is to be resolved at all.
     """
     leaves = field.leaves[wanted[field.surface[field.leaves]]]
-    leaves = leaves[np.sqrt(field.sizes()[leaves]) > min(flat, 1.0) * touching.min()]
-    points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
+    extent = _extents(field, leaves)
+    large = extent.max(axis=1) > min(flat, 1.0) * touching.min()
+    leaves, extent = leaves[large], extent[large]
+    points, size = field.points[field.nodes[leaves, 4]], extent.max(axis=1)
     own = field.scene.shape_of[field.surface[leaves]]
     split, bend = np.zeros((len(leaves), 2), bool), np.array([shape.bend for shape in field.scene.shapes])
-    extent = _extents(field, leaves)
     chart = _extents(field, field.root[field.surface[leaves]] + field.face[leaves])
     for k, shape in enumerate(field.scene.shapes):
         centre, radius = shape.bounds
@@ -39,7 +40,7 @@ def crowded(field, touching, flat, wanted):
         tangent = np.sqrt(gap * (gap + 2 * np.where(np.isfinite(radius), radius, 0.0)))
         narrow, wide = _flat_gap(field, leaves[near], points[near], size[near], shape)
         scale = np.where(np.isfinite(radius), np.maximum(tangent, least), np.maximum(wide, flat * least))
-        split[near] |= (size[near] > scale)[:, None]
+        split[near] |= extent[near] > scale[:, None]
         gap = np.where(np.isfinite(radius), 0.0, narrow)[:, None]
         split[near] |= (chart[near] < WITHIN * STRIP * gap) & (extent[near] > ACROSS * gap)
     return np.intersect1d(field.both(leaves)[split.ravel()], field.halvings)

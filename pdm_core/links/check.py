@@ -162,7 +162,10 @@ class Check:
             "stiff": float(np.sqrt(max(self.amplified**2 - sum(known) ** 2, 0.0))),
             "solver": self.unsolved,
         }
-        self.error = float(np.sqrt(sum(v * v for v in self.parts.values())))
+        # light that is caught makes much the same of both: of one sign they add up
+        caught = self.parts["stiff"] + self.parts["solver"]
+        rest = sum(v * v for k, v in self.parts.items() if k not in ("stiff", "solver"))
+        self.error = float(np.sqrt(rest + caught**2))
         yield from self._each(residual, np.hypot(self.own_unclosed, np.sqrt(made.by_surface(light.scene.areas)[1])))
         return residual
 
