@@ -26,13 +26,14 @@ def crowded(field, touching, flat, wanted):
     extent = _extents(field, leaves)
     large = extent.max(axis=1) > min(flat, 1.0) * touching.min()
     leaves, extent = leaves[large], extent[large]
-    points, size = field.points[field.nodes[leaves, 4]], extent.max(axis=1)
+    points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
+    reach = extent.max(axis=1)
     own = field.scene.shape_of[field.surface[leaves]]
     split, bend = np.zeros((len(leaves), 2), bool), np.array([shape.bend for shape in field.scene.shapes])
     chart = _extents(field, field.root[field.surface[leaves]] + field.face[leaves])
     for k, shape in enumerate(field.scene.shapes):
         centre, radius = shape.bounds
-        near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * size))
+        near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * reach))
         if not len(near):
             continue
         gap, least = shape.gap(points[near]), np.minimum(touching[k], touching[own[near]])
@@ -40,7 +41,8 @@ def crowded(field, touching, flat, wanted):
         tangent = np.sqrt(gap * (gap + 2 * np.where(np.isfinite(radius), radius, 0.0)))
         narrow, wide = _flat_gap(field, leaves[near], points[near], size[near], shape)
         scale = np.where(np.isfinite(radius), np.maximum(tangent, least), np.maximum(wide, flat * least))
-        split[near] |= extent[near] > scale[:, None]
+        large = np.isfinite(radius) | (size[near] > scale)
+        split[near] |= large[:, None] & (extent[near] > scale[:, None])
         gap = np.where(np.isfinite(radius), 0.0, narrow)[:, None]
         split[near] |= (chart[near] < WITHIN * STRIP * gap) & (extent[near] > ACROSS * gap)
     return np.intersect1d(field.both(leaves)[split.ravel()], field.halvings)
