@@ -41,8 +41,8 @@ def crowded(field, touching, flat, wanted):
         tangent = np.sqrt(gap * (gap + 2 * np.where(np.isfinite(radius), radius, 0.0)))
         narrow, wide = _flat_gap(field, leaves[near], points[near], size[near], shape)
         scale = np.where(np.isfinite(radius), np.maximum(tangent, least), np.maximum(wide, flat * least))
-        large = np.isfinite(radius) | (size[near] > scale)
-        split[near] |= large[:, None] & (extent[near] > scale[:, None])
+        # what is long reaches into contacts by its ends
+        split[near] |= np.where(np.isfinite(radius), extent[near].T, size[near]).T > scale[:, None]
         gap = np.where(np.isfinite(radius), 0.0, narrow)[:, None]
         split[near] |= (chart[near] < WITHIN * STRIP * gap) & (extent[near] > ACROSS * gap)
     return np.intersect1d(field.both(leaves)[split.ravel()], field.halvings)

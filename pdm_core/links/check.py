@@ -152,20 +152,18 @@ class Check:
         self.own_amplified = np.hypot(self.own_bends, uncancelled * self.own_light)
         self.amplified = float(np.linalg.norm(self.own_amplified)) / light.norm
         known = found, light.sent_error * light.norm / light.scale
+        # solved for, and stated as they are. Amplified beyond what is found at points, where errors of either sign
+        # are: between white planes 1.06 to 5 times the true one
+        stiff = float(np.sqrt(max(self.amplified**2 - sum(known) ** 2, 0.0)))
         self.parts = {
             "discretisation": SAFETY * known[0],
             "gather": SAFETY * light.gain() * residual.mean / light.norm,
             "sent": SAFETY * known[1],
             "closure": SAFETY * float(np.hypot(self.unclosed, made.rms / light.norm)),
-            # solved for, and stated as they are. Amplified beyond what is found at points, where errors of either sign
-            # are: between white planes 1.06 to 5 times the true one
-            "stiff": float(np.sqrt(max(self.amplified**2 - sum(known) ** 2, 0.0))),
-            "solver": self.unsolved,
         }
-        # light that is caught makes much the same of both: of one sign they add up
-        caught = self.parts["stiff"] + self.parts["solver"]
-        rest = sum(v * v for k, v in self.parts.items() if k not in ("stiff", "solver"))
-        self.error = float(np.sqrt(rest + caught**2))
+        # where light is caught these are of one pattern and of one sign: they add up
+        self.error = float(np.hypot(np.linalg.norm(list(self.parts.values())), stiff + self.unsolved))
+        self.parts |= {"stiff": stiff, "solver": self.unsolved}
         yield from self._each(residual, np.hypot(self.own_unclosed, np.sqrt(made.by_surface(light.scene.areas)[1])))
         return residual
 
