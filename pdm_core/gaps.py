@@ -27,13 +27,12 @@ def crowded(field, touching, flat, wanted):
     large = extent.max(axis=1) > min(flat, 1.0) * touching.min()
     leaves, extent = leaves[large], extent[large]
     points, size = field.points[field.nodes[leaves, 4]], np.sqrt(field.sizes()[leaves])
-    reach = extent.max(axis=1)
     own = field.scene.shape_of[field.surface[leaves]]
     split, bend = np.zeros((len(leaves), 2), bool), np.array([shape.bend for shape in field.scene.shapes])
     chart = _extents(field, field.root[field.surface[leaves]] + field.face[leaves])
     for k, shape in enumerate(field.scene.shapes):
         centre, radius = shape.bounds
-        near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * reach))
+        near = np.flatnonzero((own != k) & (np.linalg.norm(points - centre, axis=1) < radius + 3 * extent.max(axis=1)))
         if not len(near):
             continue
         gap, least = shape.gap(points[near]), np.minimum(touching[k], touching[own[near]])

@@ -197,9 +197,10 @@ class Refinement:
         # of each surface's own error, an L2 norm, by the error received at each node
         weight = areas_of_nodes(t.sent) * check.flow_received / np.maximum(check.own_passed * norm**2, 1e-300)[own]
         rho = light.scene.reflectance.max(axis=1)[own]
-        each, error = (yield from check.flow.blame(np.where(far[own], weight * rho, 0.0))), light.leaf_error
-        each = (each[:, None] * error / np.maximum(error.sum(axis=1, keepdims=True), 1e-300)).ravel()
-        halvings = t.field.halvings
+        f, error = t.field, check.optimism * light.leaf_error
+        bend = np.linalg.norm(bends(f, light.scene.reflectance[f.node_surface] * light.indirect), axis=2)
+        error[f.leaves] = np.hypot(error[f.leaves], bend * np.sqrt(f.sizes()[f.leaves])[:, None])
+        each, halvings = (yield from check.flow.blame(np.where(far[own], weight * rho, 0.0), error)).ravel(), f.halvings
         halvings = halvings[np.argsort(each[halvings], kind="stable")]
         return halvings[np.cumsum(each[halvings]) > HALVED * each[halvings].sum()]
 

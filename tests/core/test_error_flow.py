@@ -44,8 +44,9 @@ def test_blame_adds_up_to_what_is_received(state, flow):
     error, weight = rng.random(len(state.field.level)), areas_of_nodes(state.sent)
     weight = np.where(state.sent.node_surface == 2, weight, 0.0)
     received = finish(flow.received(error, 0 * state.sent.sizes()))
-    blamed = finish(flow.blame(weight))
-    assert (blamed >= 0).all() and not blamed[state.field.child >= 0].any()
+    blamed = finish(flow.blame(weight, error[:, None] * (1, 0)))
+    assert (blamed >= 0).all() and not blamed[state.field.child >= 0].any() and not blamed[:, 1].any()
+    blamed = blamed[:, 0]
     assert np.isclose(blamed.sum(), weight @ received, rtol=0.1)
     # half the error of one leaf is half of its part
     worst = np.argmax(blamed)

@@ -232,6 +232,15 @@ def test_the_gap_over_a_lamp_has_the_light_it_has_without_cuts():
     assert straight.nodes < turned.nodes
 
 
+def test_what_bends_beside_a_gap_do_to_the_dark_side_of_a_lamp_is_mended_where_they_are():
+    """Cells that pass on little were halved in eight rounds, until it were by chance those that bend."""
+    lamp = Plane((-1, -1, 2.9), (0, 2, 0), (2, 0, 0))
+    surfaces = [Surface(plane, 0.6) for plane in cube_planes()]
+    surfaces += [Surface(lamp, 0.5, 5.0), Surface(lamp, 0.5, side="back")]
+    solution = solve(Scene([*surfaces, Surface(Sphere.at((0.5, 0.3, -2.0), 1.0), 0.7)]), 0.02)
+    assert not solution.warnings and solution.nodes < 3300
+
+
 def test_light_is_one_where_every_surface_emits_what_it_does_not_reflect():
     panel = hanging()
     surfaces = [Surface(plane, 0.6, 0.4) for plane in cube_planes()] + [
