@@ -31,8 +31,8 @@ class Flow:
         return np.abs(self._spread(error)[:, 0])
 
     def blame(self, weight, error):
-        """weight (n sent nodes,) of the errors received, L2 errors (n cells, 2) of the field along both axes -> (n cells,
-        2) what each leaf makes of their weighted sum; yields."""
+        """weight (n sent nodes,) of the errors received, L2 errors (n cells, 2) of the field -> (n cells, 2) what each
+        leaf makes of their weighted sum; yields."""
         weight = self._gathered(weight[:, None])
         scatter_back = lambda value: self._gathered(self.rho * self._back(value))  # noqa: E731
         adjoint = (yield from gmres(scatter_back, weight, weight, ROUGHLY))[0]
