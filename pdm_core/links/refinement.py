@@ -4,7 +4,7 @@ import numpy as np
 
 from .. import each_surface
 from ..error_estimates import bends, leaf_errors, lengths
-from ..error_flow import areas_of_nodes
+from ..error_flow import areas_of_nodes, norms
 from ..gaps import crowded
 from .check import SAFETY
 from .light import Precision
@@ -197,9 +197,12 @@ class Refinement:
         # of each surface's own error, an L2 norm, by the error received at each node
         weight = areas_of_nodes(t.sent) * check.flow_received / np.maximum(check.own_passed * norm**2, 1e-300)[own]
         rho = light.scene.reflectance.max(axis=1)[own]
-        f, error = t.field, check.optimism * light.leaf_error
-        bend = np.linalg.norm(bends(f, light.scene.reflectance[f.node_surface] * light.indirect), axis=2)
-        error[f.leaves] = np.hypot(error[f.leaves], bend * np.sqrt(f.sizes()[f.leaves])[:, None])
+        f, error = t.field, light.leaf_error
+        alone = norms(t.sent, check.flow_received) / norm
+        if (alone[far] <= SURE * each_surface.OWN * target / SAFETY).all():  # it is what bends make, amplified
+            bend = np.linalg.norm(bends(f, light.scene.reflectance[f.node_surface] * light.indirect), axis=2)
+            error = np.zeros(error.shape)
+            error[f.leaves] = bend * np.sqrt(f.sizes()[f.leaves])[:, None]
         each, halvings = (yield from check.flow.blame(np.where(far[own], weight * rho, 0.0), error)).ravel(), f.halvings
         halvings = halvings[np.argsort(each[halvings], kind="stable")]
         return halvings[np.cumsum(each[halvings]) > HALVED * each[halvings].sum()]
