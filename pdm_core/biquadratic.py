@@ -1,4 +1,4 @@
-"""A cell of 3 x 3 nodes: its basis, its edges, its four children."""
+"""A cell of 3 x 3 nodes: its basis, its edges, its children: four, or two along either axis."""
 
 import numpy as np
 
@@ -15,8 +15,12 @@ def basis2(uv):
 
 
 STEPS = np.array([(a, b) for a in range(3) for b in range(3)])  # a cell's nodes in half cell widths
-CHILDREN = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])  # the four children
-CHILD_OF_PARENT = basis2((CHILDREN[:, None] + STEPS / 2) / 2)  # (4, 9, 9) child's nodes from its parent's
+# roles of children: of the four of a cell halved both ways, of the two of one halved along the first axis, the second
+CHILDREN = np.array([(0, 0), (0, 1), (1, 0), (1, 1), (0, 0), (1, 0), (0, 0), (0, 1)])  # which half, along both axes
+HALVED = np.array([(1, 1)] * 4 + [(1, 0)] * 2 + [(0, 1)] * 2)  # along which axes their parents were
+CHILD_OF_PARENT = basis2(CHILDREN[:, None] / 2 + STEPS / (2 << HALVED)[:, None])  # (8, 9, 9) their nodes from these'
+FIRST_ROLE = np.array([-1, 4, 6, 0])  # of the children of cells halved along the first axis, the second, both
 BILINEAR = np.array([[(1 - a) * (1 - b), (1 - a) * b, a * (1 - b), a * b] for a, b in STEPS / 2])  # from corners
 EDGES = np.array([(0, 1, 2), (6, 7, 8), (0, 3, 6), (2, 5, 8)])  # a cell's edges as nodes
+EDGE_AXES = np.array([1, 1, 0, 0])  # that they run along
 QUARTERS = np.array([(3, 6, -1), (-1, 6, 3)]) / 8  # the quadratic at 1/4 and 3/4 of an edge

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from .field import DEEPEST
 from .tolerances import TINY
 
 OWN = 4.0  # targets that a surface's own error may reach
@@ -40,14 +39,13 @@ class SharedLight:
 
 
 def worst_of_parts(field, error, allowed):
-    """Leaves to split so that those left hold no more than allowed (n parts,) of the error (n cells,), in L2."""
-    leaves = field.leaves
-    part = field.part[leaves]
-    leaves = leaves[(error[leaves] > 0) & (field.level[leaves] < DEEPEST) & np.isfinite(allowed[part])]
-    leaves = leaves[np.lexsort((error[leaves], field.part[leaves]))]
-    part, total = field.part[leaves], np.cumsum(error[leaves] ** 2)
+    """Halvings so that those left hold no more than allowed (n parts,) of the error (n cells, 2), in L2."""
+    halvings, error, parts = field.halvings, error.ravel(), field.part
+    halvings = halvings[(error[halvings] > 0) & np.isfinite(allowed[parts[halvings // 2]])]
+    halvings = halvings[np.lexsort((error[halvings], parts[halvings // 2]))]
+    part, total = parts[halvings // 2], np.cumsum(error[halvings] ** 2)
     before = np.concatenate([[0.0], total])[np.searchsorted(part, part)]
-    return leaves[total - before > allowed[part] ** 2]
+    return halvings[total - before > allowed[part] ** 2]
 
 
 def own_errors(light, found, promised, received):

@@ -4,26 +4,33 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .field_values import surpluses
+from .field_values import by_axis, inherited, surpluses
 from .read_off import drawn
 
 DECAY = 0.35  # a leaf's own error, of the surplus its nodes showed, where nothing is known of its parent's
 SMOOTH, ROUGH = 0.125, 0.6  # bounds of that ratio, observed from parent to child: smooth fields 1/8, kinks 1/2
-SIMPSON = np.outer((1, 4, 1), (1, 4, 1)).ravel() / 36  # mean of a biquadratic
+# mean of a biquadratic that is 0 at the corners, Simpson's, as parts of either axis: half of what is more in the middle
+BENDS = np.array([(0, -4, 0, 8, 8, 8, 0, -4, 0), (0, 8, 0, -4, 8, -4, 0, 8, 0)]) / 36
 LONE = 0.3  # part of the square of the error found that one point may make
 SOURCE = 0.15  # weight of a leaf's direct light as a source of indirect light elsewhere
 
 
 def leaf_errors(field, value):
-    """Nodal radiance (n, 3) -> (n cells,) estimated L2 error that each cell, as a source, makes elsewhere."""
-    size = np.sqrt((surpluses(field, value) ** 2).sum(axis=2).mean(axis=1))
-    return SOURCE * size * decay(field, np.arange(len(size)), size) * np.sqrt(field.sizes())
+    """Nodal radiance (n, 3) -> (n cells, 2) estimated L2 error that each cell, as a source, makes elsewhere, as light
+    bends along either axis."""
+    size = np.sqrt(by_axis(field, (surpluses(field, value) ** 2).sum(axis=2)))
+    return SOURCE * size * decay(field, np.arange(len(size)), size) * np.sqrt(field.sizes())[:, None]
+
+
+def lengths(errors):
+    """L2 errors (n, 2) along both axes -> (n,) in all"""
+    return np.hypot(errors[:, 0], errors[:, 1])
 
 
 def source_defect(field, value):
     """Nodal radiance (n, 3) -> (n, 3) its expected error as a source, mean over the leaves about each node: of one sign
     over a bend, so that it adds up where light goes to and fro, unlike errors at points."""
-    return about_nodes(field, bends(field, value))
+    return about_nodes(field, bends(field, value).sum(axis=1))
 
 
 def about_nodes(field, mean):
@@ -36,17 +43,22 @@ def about_nodes(field, mean):
 
 
 def bends(field, value):
-    """Nodal radiance (n, 3) -> (n leaves, 3) the expected mean error of its interpolant over each leaf."""
+    """Nodal radiance (n, 3) -> (n leaves, 2, 3) the expected mean error of its interpolant over each leaf, as it bends
+    along either axis."""
     surplus, leaves = surpluses(field, value), field.leaves
-    size = np.sqrt((surplus**2).sum(axis=2).mean(axis=1))
-    return np.einsum("k,nkc->nc", SIMPSON, surplus[leaves]) * decay(field, leaves, size)[:, None]
+    size = np.sqrt(by_axis(field, (surplus**2).sum(axis=2)))
+    mean = inherited(field, np.einsum("ak,nkc->nac", BENDS, surplus))
+    return mean[leaves] * decay(field, leaves, size)[:, :, None]
 
 
 def decay(field, cells, size):
-    """Surpluses size (n cells,), 0 where not known -> (len(cells),) how much smaller the next ones are expected."""
-    parent = field.parent[cells]
-    above = np.where((parent >= 0) & (field.parent[parent] >= 0), size[parent], 0.0)
-    ratio = np.divide(size[cells], above, out=np.full(len(cells), DECAY), where=above > 0)
+    """Surpluses size (n cells, 2) along both axes, 0 where not known -> (len(cells), 2) how much smaller the next ones
+    are expected."""
+    made, axis = field.made[cells], np.arange(2)
+    parent = field.parent[made]
+    before = field.made[parent, axis]
+    above = np.where((parent >= 0) & (field.parent[before] >= 0), size[before, axis], 0.0)
+    ratio = np.divide(size[cells], above, out=np.full(made.shape, DECAY), where=above > 0)
     return np.clip(ratio, SMOOTH, ROUGH)
 
 

@@ -23,26 +23,26 @@ class Flow:
     def received(self, leaf_error, sent_error):
         """L2 errors (n cells,), radiance times metres, of the field and of what is sent -> (n sent nodes,) the error of
         incident light that they make elsewhere; yields."""
-        self.spread_out, self.leaf_error = density(self.field, leaf_error), leaf_error
+        self.spread_out = density(self.field, leaf_error)
         source = ONE_SIGNED * self._spread(self.spread_out) + density(self.sent, sent_error)
         right = self.rows.times(source)
         scatter = lambda value: self.rows.times(self.rho * self._spread(value))  # noqa: E731
         error = (yield from gmres(scatter, right, right, ROUGHLY))[0]
         return np.abs(self._spread(error)[:, 0])
 
-    def blame(self, weight):
-        """weight (n sent nodes,) of the errors received -> (n cells,) what each leaf of the field makes of their
-        weighted sum; yields."""
+    def blame(self, weight, error):
+        """weight (n sent nodes,) of the errors received, L2 errors (n cells, 2) of the field -> (n cells, 2) what each
+        leaf makes of their weighted sum; yields."""
         weight = self._gathered(weight[:, None])
         scatter_back = lambda value: self._gathered(self.rho * self._back(value))  # noqa: E731
         adjoint = (yield from gmres(scatter_back, weight, weight, ROUGHLY))[0]
         sensitivity = ONE_SIGNED * self._gathered(self._back(adjoint))
         field, leaves = self.field, self.field.leaves
-        area = field.sizes()[leaves]
         each = sensitivity[:, 0] / np.maximum(areas_of_nodes(field), 1e-300)
-        out = np.zeros(len(self.leaf_error))
+        out = np.zeros(error.shape)
         # its density times the integral of the sensitivity, as `density` shares it out
-        out[leaves] = np.abs(self.leaf_error[leaves] * np.sqrt(area) * each[field.nodes[leaves]].mean(axis=1))
+        share = np.sqrt(field.sizes()[leaves]) * each[field.nodes[leaves]].mean(axis=1)
+        out[leaves] = np.abs(error[leaves] * share[:, None])
         return out
 
     def _spread(self, value):

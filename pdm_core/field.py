@@ -1,19 +1,21 @@
-"""A field on the scene's surfaces: biquadratic cells of adaptive quadtrees, on lattices that share their nodes.
+"""A field on the scene's surfaces: biquadratic cells of adaptive trees, on lattices that share their nodes.
 
 Each surface carries charts: a plane the unit square, cut where light bends or jumps, a sphere the six faces of a cube
-(equi-angular, so no pole and no seam). A cell holds 3 x 3 nodes at 0, 1/2, 1; its four children hold the same nodes and
-new ones between, so a value once computed is kept, and (child's value - parent's interpolant) is the hierarchical
-surplus, an error measure.
+(equi-angular, so no pole and no seam). A cell holds 3 x 3 nodes at 0, 1/2, 1. It is halved along one axis, where light
+bends one way only, or both: its two or four children hold the same nodes and new ones between, so a value once computed
+is kept, and (child's value - parent's interpolant) is the hierarchical surplus, an error measure of that axis.
+A halving is a number: 2 * cell + axis.
 """
 
 import numpy as np
 
-from .biquadratic import CHILDREN, STEPS, basis2
+from .at_once import in_turn
+from .biquadratic import CHILDREN, EDGE_AXES, FIRST_ROLE, STEPS, basis2
 from .charts import CHARTS
 from .contacts import contacts_of
 from .field_charts import Charts
 
-DEEPEST = 10  # levels of cells below a chart
+DEEPEST = 10  # halvings of a chart along each axis
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
 SPAN = CHARTS * (GRID + 1)
 
@@ -29,15 +31,18 @@ class Field:
         surface = np.repeat(np.arange(len(scene)), charts)
         face = np.arange(len(surface)) - self.root[surface]
         zero = np.zeros(len(surface), int)
-        self.surface, self.face, self.level = surface, face, zero  # face: of a sphere's cube, or a plane's chart
+        self.surface, self.face = surface, face  # face: of a sphere's cube, or a plane's chart
+        self.level = np.zeros((len(surface), 2), int)  # halvings along both axes
+        self.halved = np.zeros((len(surface), 2), bool)  # whether its children are halves along them
+        self.made = np.tile(np.arange(len(surface))[:, None], 2)  # the last, of its ancestors and itself, that is such
         self.corner = self._starts(np.arange(len(surface)))  # of the cell, in lattice steps
         self.node_surface = np.zeros(0, int)
         self.keys = np.zeros(0, np.int64)
         self._order = np.zeros(0, int)
         self.points, self.normals = np.zeros((0, 3)), np.zeros((0, 3))
-        self.parent, self.child = zero - 1, zero - 1  # child: the first of four, -1 for a leaf
+        self.parent, self.child, self.role = zero - 1, zero - 1, zero - 1  # child: the first, -1 for a leaf; see roles
         self.nodes = self._nodes_of(np.arange(len(surface)))
-        self.refine(np.flatnonzero(self.charts[surface] == 1))  # planes of one chart start at 25 nodes, spheres have 26
+        self.refine(self.both(np.flatnonzero(self.charts[surface] == 1)))  # planes of one chart start at 25 nodes
 
     # -- nodes ---------------------------------------------------------------------------------------------------
 
@@ -89,7 +94,7 @@ class Field:
 
     def _nodes_of(self, cells):
         half = (GRID >> self.level[cells]) // 2
-        steps = self.corner[cells][:, None] + STEPS * half[:, None, None]
+        steps = self.corner[cells][:, None] + STEPS * half[:, None]
         count = len(cells)
         keys = self._key(np.repeat(self.surface[cells], 9), np.repeat(self.face[cells], 9), steps.reshape(-1, 2))
         self._add_nodes(keys)
@@ -101,52 +106,82 @@ class Field:
     def leaves(self):
         return np.flatnonzero(self.child < 0)
 
-    def refine(self, cells):
-        """Split these leaves, and coarser neighbours until no edge is halved twice (2:1 balance)."""
-        while len(cells):
-            self._split(cells[(self.child[cells] < 0) & (self.level[cells] < DEEPEST)])
-            cells = self._unbalanced()
+    @property
+    def halvings(self):
+        """(k,) Those of leaves that there may be."""
+        halvings = self.both(self.leaves)
+        return halvings[self.level.ravel()[halvings] < DEEPEST]
 
-    def _split(self, cells):
-        count, first = len(cells), len(self.level)
-        repeat = np.repeat(cells, 4)
-        half = (GRID >> self.level[repeat]) // 2
-        corner = self.corner[repeat] + np.tile(CHILDREN, (count, 1)) * half[:, None]
-        self.child = self.child.copy()  # a solution may hold the field as it was
-        self.child[cells] = first + 4 * np.arange(count)
-        for name in ("surface", "face"):
-            setattr(self, name, np.concatenate([getattr(self, name), getattr(self, name)[repeat]]))
-        self.level = np.concatenate([self.level, self.level[repeat] + 1])
-        self.corner = np.concatenate([self.corner, corner])
-        self.parent = np.concatenate([self.parent, repeat])
-        self.child = np.concatenate([self.child, np.full(4 * count, -1)])
-        self.nodes = np.concatenate([self.nodes, self._nodes_of(first + np.arange(4 * count))])
+    def both(self, cells):
+        """(2n,) Halvings of cells (n,) along both axes."""
+        return (2 * cells[:, None] + np.arange(2)).ravel()
+
+    def siblings(self, cells):
+        """Cells (n,) -> the children (k,) of their parents, or these themselves of roots, and whose (k,) each is."""
+        parent = self.parent[cells]
+        first = np.where(parent >= 0, self.child[parent], cells)
+        whose, number = in_turn(np.where(parent >= 0, 1 << self.halved[parent].sum(axis=1), 1))
+        return first[whose] + number, whose
+
+    def refine(self, halvings):
+        """Halve leaves, and coarser neighbours until no edge is halved twice (2:1 balance)."""
+        while len(halvings):
+            may = (self.child[halvings // 2] < 0) & (self.level.ravel()[halvings] < DEEPEST)
+            self._split(halvings[may])
+            halvings = self._unbalanced()
+
+    def _split(self, halvings):
+        cells, place = np.unique(halvings // 2, return_inverse=True)
+        halved = np.zeros((len(cells), 2), bool)
+        halved[place.ravel(), halvings % 2] = True
+        count = 1 << halved.sum(axis=1)
+        which, number = in_turn(count)
+        parent, new = cells[which], len(self.level) + np.arange(len(which))
+        role = FIRST_ROLE[halved @ (1, 2)][which] + number
+        level = self.level[parent] + halved[which]
+        self.child, self.halved = self.child.copy(), self.halved.copy()  # a solution may hold the field as it was
+        self.child[cells], self.halved[cells] = new[np.cumsum(count) - count], halved
+        corner = self.corner[parent] + CHILDREN[role] * (GRID >> level)
+        added = {
+            "surface": self.surface[parent],
+            "face": self.face[parent],
+            "level": level,
+            "corner": corner,
+            "parent": parent,
+            "child": np.full(len(new), -1),
+            "role": role,
+            "halved": np.zeros((len(new), 2), bool),
+            "made": np.where(halved[which], new[:, None], self.made[parent]),
+        }
+        for name, value in added.items():
+            setattr(self, name, np.concatenate([getattr(self, name), value]))
+        self.nodes = np.concatenate([self.nodes, self._nodes_of(new)])
 
     def edge_nodes(self, cells, parts):
         """Nodes at odd multiples of 1/parts on the edges of cells -> (n, 4 edges, parts / 2), -1 where none."""
         odd = np.arange(1, parts, 2)
-        along = [np.array([(0, k), (parts, k), (k, 0), (k, parts)]) for k in odd]
-        step = (GRID >> self.level[cells]) // parts
-        steps = self.corner[cells][:, None, None] + np.stack(along, axis=1)[None] * step[:, None, None, None]
+        along = np.stack([np.array([(0, k), (parts, k), (k, 0), (k, parts)]) for k in odd], axis=1)
+        width = GRID >> self.level[cells]
+        steps = self.corner[cells][:, None, None] + along * width[:, None, None] // parts
         shape = steps.shape[:3]
         each = shape[1] * shape[2]
         keys = self._key(np.repeat(self.surface[cells], each), np.repeat(self.face[cells], each), steps.reshape(-1, 2))
-        return self.find(keys).reshape(shape)
+        return np.where((width[:, EDGE_AXES] >= parts)[:, :, None], self.find(keys).reshape(shape), -1)
 
     def _unbalanced(self):
         leaves = self.leaves
-        leaves = leaves[self.level[leaves] < DEEPEST - 2]
-        return leaves[(self.edge_nodes(leaves, 8) >= 0).any(axis=(1, 2))]
+        leaf, edge = np.nonzero((self.edge_nodes(leaves, 8) >= 0).any(axis=2))
+        return 2 * leaves[leaf] + EDGE_AXES[edge]
 
     def sizes(self):
         """(n cells,) m^2: areas; a sphere's cells by their share of the equi-angular chart."""
         low = self.in_chart(np.arange(len(self.level)))
-        high = low + 1 / (1 << self.level)[:, None]
+        high = low + 0.5**self.level
         return self.on.each("areas", self.surface, self.face, low, high)
 
     def place(self, cells, uv):
         """Points and normals (n, 3) of cells (n,) at uv (n, 2) in [0, 1]."""
-        surface, at = self.surface[cells], self.in_chart(cells) + uv * 0.5 ** self.level[cells][:, None]
+        surface, at = self.surface[cells], self.in_chart(cells) + uv * 0.5 ** self.level[cells]
         local = self.on.each("within", surface, self.face[cells], at)
         return self.contacts.clear(self.on.points(surface, local), surface), self.on.normals(surface, local)
 
@@ -172,13 +207,18 @@ class Field:
 
     def locate(self, surface, local):
         """Local coordinates (n, 3) on surfaces (n,) -> leaves (n,) and the weights (n, 9) of their nodes."""
-        cell, uv = self.chart(surface, local)
-        while (split := np.flatnonzero(self.child[cell] >= 0)).size:
-            inner = uv.take(split, axis=0)
-            upper = inner >= 0.5
-            uv[split] = 2 * inner - upper
-            cell[split] = self.child.take(cell[split]) + 2 * upper[:, 0] + upper[:, 1]
+        cell, uv = self.below(*self.chart(surface, local))
         return cell, basis2(uv)
+
+    def below(self, cell, uv):
+        """Cells (n,) and places (n, 2) in them, from 0 to 1 -> leaves (n,) and the places in these; both changed."""
+        while (split := np.flatnonzero(self.child[cell] >= 0)).size:
+            inner, own = uv.take(split, axis=0), cell.take(split)
+            halved = self.halved.take(own, axis=0)
+            upper = halved & (inner >= 0.5)
+            uv[split] = np.where(halved, 2 * inner - upper, inner)
+            cell[split] = self.child.take(own) + upper[:, 0] * (1 + halved[:, 1]) + upper[:, 1]
+        return cell, uv
 
     def interpolate(self, placed, value):
         """placed: what `locate` returned of n places; value (n nodes, c) -> (n, c) the field there"""

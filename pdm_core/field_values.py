@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .biquadratic import BILINEAR, CHILD_OF_PARENT, EDGES, QUARTERS
+from .biquadratic import BILINEAR, CHILD_OF_PARENT, EDGE_AXES, EDGES, QUARTERS
 
 ROOT = 0.4  # a root's surplus over the bilinear interpolant counts this much
 
@@ -13,9 +13,9 @@ def conform(field, leaves, index, values):
     leaves: all of the surface's; index (n nodes,): place of each of its nodes in values.
     """
     values = values.copy()
-    hanging = field.edge_nodes(leaves, 4)
-    for level in range(field.level[leaves].max() + 1):
-        cell, edge, part = np.nonzero((hanging >= 0) & (field.level[leaves] == level)[:, None, None])
+    hanging, along = field.edge_nodes(leaves, 4), field.level[leaves][:, EDGE_AXES]
+    for level in range(along.max() + 1):
+        cell, edge, part = np.nonzero((hanging >= 0) & (along == level)[:, :, None])
         ends = index[field.nodes[leaves[cell][:, None], EDGES[edge]]]
         values[index[hanging[cell, edge, part]]] = np.einsum("nk,nkc->nc", QUARTERS[part], values[ends])
     return values
@@ -30,8 +30,7 @@ def surpluses_of(field, cells, index, values):
     root, below = np.flatnonzero(parent < 0), np.flatnonzero(parent >= 0)
     out = np.empty(at.shape)
     out[root] = ROOT * (at[root] - np.einsum("ij,njc->nic", BILINEAR, at[root][:, [0, 2, 6, 8]]))
-    which = cells[below] - field.child[parent[below]]
-    out[below] = at[below] - CHILD_OF_PARENT[which] @ values[index[field.nodes[parent[below]]]]
+    out[below] = at[below] - CHILD_OF_PARENT[field.role[cells[below]]] @ values[index[field.nodes[parent[below]]]]
     return out
 
 
@@ -40,14 +39,38 @@ def surpluses(field, values):
     return surpluses_of(field, np.arange(len(field.level)), np.arange(len(field.keys)), values)
 
 
+def by_axis(field, square, cells=None):
+    """Squares (n cells, 9, ...) of surpluses -> (n cells, 2, ...) their means over the nodes, as values bend along
+    either axis: what is on the lines between the parent's nodes, and a share of the middle. cells: see inherited."""
+    first, second, middle = square[:, 3] + square[:, 5], square[:, 1] + square[:, 7], square[:, 4]
+    both = first + second
+    share = np.divide(first, both, out=np.full(both.shape, 0.5), where=both > 0)
+    return inherited(field, np.stack([first + share * middle, second + (1 - share) * middle], axis=1) / 9, cells)
+
+
+def inherited(field, each, cells=None):
+    """What surpluses (n cells, 2, ...) tell of either axis -> the same, of cells that their parents were not halved
+    along it for what tells of their last ancestor that was. cells: these, ascending, with all their ancestors, not all.
+    """
+    made, place = field.made, np.arange(len(each))
+    if cells is not None:
+        made = np.searchsorted(cells, made[cells])
+    own = made == place[:, None]
+    alone = np.flatnonzero(own.sum(axis=1) == 1)
+    axis = own[alone, 1].astype(int)
+    each[alone, axis] = each[alone].sum(axis=1)
+    return each[made, np.arange(2)]
+
+
 def predict(field, values, old):
     """values (old, c) of the first nodes -> (n - old, c) at the others, from their cells' parents, coarse first."""
     full = np.concatenate([values, np.zeros((len(field.keys) - old, values.shape[1]))])
     known = np.arange(len(full)) < old
-    for level in range(1, field.level.max() + 1):
-        cells = np.flatnonzero((field.level == level) & ~known[field.nodes].all(axis=1))
+    depth = field.level.sum(axis=1)
+    for level in range(1, depth.max() + 1):
+        cells = np.flatnonzero((depth == level) & ~known[field.nodes].all(axis=1))
         parent = field.parent[cells]
-        guess = np.einsum("nij,njc->nic", CHILD_OF_PARENT[cells - field.child[parent]], full[field.nodes[parent]])
+        guess = np.einsum("nij,njc->nic", CHILD_OF_PARENT[field.role[cells]], full[field.nodes[parent]])
         new = ~known[field.nodes[cells]]
         full[field.nodes[cells][new]] = guess[new]
         known[field.nodes[cells]] = True

@@ -17,6 +17,7 @@ from .transport import Transport
 
 COARSEST = 0.16  # relative error aimed at by the first round
 STEP = 4.0  # each further round aims at most this much lower
+UNSEEN = 2  # rounds without a look, where there is nothing yet
 SAMPLES = 128  # points where the residual is measured each round; half of them on the way to the target
 FULL = "the field is as fine as the memory allows"
 SMALLER = "leave small objects out of the scene (hide them from renders) or join flat ones into larger planes"
@@ -39,7 +40,7 @@ class Approach:
 
     def steps(self):
         """Generator, often: ever lower targets, until the last is met or no better solution is to be had."""
-        yield from self.transport.grow(self.transport.sent.leaves[:0])
+        yield from self.transport.grow(self.transport.sent.halvings[:0])
         self.light.follow()
         for target, final in _ladder(self.target):
             yield from self.refinement.light_up(target, final)
@@ -53,7 +54,8 @@ class Approach:
         for turn in range(ROUNDS):
             if self.best and not self.transport.rows.blocks:
                 self.best.let_go()
-            yield from self._round(target, turn == ROUNDS - 1)
+            # where the solver fails surpluses tell nothing: something is looked at before long, and may be delivered
+            yield from self._round(target, turn == ROUNDS - 1 or (self.best is None and turn >= UNSEEN))
             if self.transport.full:
                 return
             if check.fresh and check.error <= target and (not last or check.met(target)):

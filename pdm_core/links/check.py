@@ -6,8 +6,8 @@ import numpy as np
 
 from .. import each_surface
 from ..contacts import contacts_of
-from ..error_estimates import Look, Residual, leaf_errors, sample_points, source_defect
-from ..error_flow import ONE_SIGNED, Flow, norms
+from ..error_estimates import Look, Residual, leaf_errors, lengths, sample_points, source_defect
+from ..error_flow import ONE_SIGNED, Flow, areas_of_nodes, norms
 from ..numerics import ROUGHLY, Rows, gmres
 from ..tolerances import SINGLE
 
@@ -15,13 +15,15 @@ SEED = 20  # of the samples: runs repeat
 LOOKS = 4  # sets of samples at most, where the error found hangs on one point
 FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 2.6  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
+LINKED = 16  # nodes of a surface that tell what its links are off by
+LEARNT = 0.2  # of an error found at a point, at least, along either axis, whatever surpluses tell of them
 ROUNDED = 0.2 * SINGLE  # of the light: what single precision costs, as a row's entries are off either way
 
 
 class Check:
     """The error of a SolvedLight, relative, and the named parts that make it; own_errors (n surfaces,): of each one's
     own light; node_error (n sent nodes,): where it is. fresh: whether it is of the light as it is now; leaf_error
-    (n cells,) of the field as far as is known; optimism: error found by residuals, of the error the surpluses
+    (n cells, 2) of the field as far as is known; optimism: error found by residuals, of the error the surpluses
     promise."""
 
     def __init__(self, light):
@@ -87,7 +89,8 @@ class Check:
         """Geometry of random points whose residual tells the error: finer rows, and factors of the lights; yields."""
         light, t = self.light, self.light.transport
         shared = np.where(light.shared.counts, light.shared.norm, 0.0)
-        surface, points, normals, weight = sample_points(t.field, self.leaf_error, shared, t.reached, samples, seed)
+        error = lengths(self.leaf_error)
+        surface, points, normals, weight = sample_points(t.field, error, shared, t.reached, samples, seed)
         blocks = []
         for block in light.links(points, normals, surface, FINER):
             if block:
@@ -149,17 +152,18 @@ class Check:
         self.own_amplified = np.hypot(self.own_bends, uncancelled * self.own_light)
         self.amplified = float(np.linalg.norm(self.own_amplified)) / light.norm
         known = found, light.sent_error * light.norm / light.scale
+        # solved for, and stated as they are. Amplified beyond what is found at points, where errors of either sign
+        # are: between white planes 1.06 to 5 times the true one
+        stiff = float(np.sqrt(max(self.amplified**2 - sum(known) ** 2, 0.0)))
         self.parts = {
             "discretisation": SAFETY * known[0],
             "gather": SAFETY * light.gain() * residual.mean / light.norm,
             "sent": SAFETY * known[1],
             "closure": SAFETY * float(np.hypot(self.unclosed, made.rms / light.norm)),
-            # solved for, and stated as they are. Amplified beyond what is found at points, where errors of either sign
-            # are: between white planes 1.06 to 5 times the true one
-            "stiff": float(np.sqrt(max(self.amplified**2 - sum(known) ** 2, 0.0))),
-            "solver": self.unsolved,
         }
-        self.error = float(np.sqrt(sum(v * v for v in self.parts.values())))
+        # where light is caught these are of one pattern and of one sign: they add up
+        self.error = float(np.hypot(np.linalg.norm(list(self.parts.values())), stiff + self.unsolved))
+        self.parts |= {"stiff": stiff, "solver": self.unsolved}
         yield from self._each(residual, np.hypot(self.own_unclosed, np.sqrt(made.by_surface(light.scene.areas)[1])))
         return residual
 
@@ -167,12 +171,12 @@ class Check:
         """(n surfaces,) Each one's own relative error; unclosed (n surfaces,): its part of what does not sum to 1;
         yields."""
         light, t = self.light, self.light.transport
-        f, error = t.field, self.optimism * light.leaf_error
+        f, error = t.field, self.optimism * lengths(light.leaf_error)
         promised = np.sqrt(np.bincount(f.surface[f.leaves], error[f.leaves] ** 2, len(light.scene)))
         found = residual.by_surface(light.scene.areas)
         rho = light.scene.reflectance.max(axis=1)[t.sent.node_surface]
         flow = Flow(f, t.sent, t.rows, t.placed, rho)
-        received = rho * (yield from flow.received(error, leaf_errors(t.sent, rho[:, None] * light.lit)))
+        received = rho * (yield from flow.received(error, lengths(leaf_errors(t.sent, rho[:, None] * light.lit))))
         self.flow, self.flow_received = flow, received
         self.told, self.own_promised = np.sqrt(found[1]), promised
         received = np.hypot(norms(t.sent, received), ONE_SIGNED * self.own_amplified)
@@ -189,11 +193,28 @@ class Check:
         f = self.light.transport.field
         cells = f.locate(residual.surface, f.on.local(residual.surface, residual.points))[0]
         found = np.linalg.norm(residual.value, axis=1)
-        child = f.child[f.parent[cells]]
-        family = np.where((f.parent[cells] >= 0)[:, None], child[:, None] + np.arange(4), cells[:, None])
-        error = found[:, None] * np.sqrt(f.sizes()[family]) * (f.child[family] < 0)
+        family, whose = f.siblings(cells)
+        error = found[whose] * np.sqrt(f.sizes()[family]) * (f.child[family] < 0)
+        known = self.leaf_error[family] + LEARNT * lengths(self.leaf_error[family])[:, None] + 1e-300
         self.leaf_error = self.leaf_error.copy()
-        np.maximum.at(self.leaf_error, family, error)
+        np.maximum.at(self.leaf_error, family, error[:, None] * known / lengths(known)[:, None])
+
+    def linked(self, surfaces):
+        """surfaces (k,) -> what their links are off by (k,), in L2: at nodes, where nothing is interpolated; yields."""
+        light, f = self.light, self.light.transport.field
+        order = np.argsort(f.node_surface, kind="stable")
+        first, end = (np.searchsorted(f.node_surface[order], surfaces, side)[:, None] for side in ("left", "right"))
+        area = np.append(0.0, np.cumsum(areas_of_nodes(f)[order]))
+        at = area[first] + (area[end] - area[first]) * (np.arange(LINKED) + 0.5) / LINKED
+        nodes = order[np.clip(np.searchsorted(area, at) - 1, first, end - 1)].ravel()
+        blocks = []
+        for block in light.links(f.points[nodes], f.normals[nodes], f.node_surface[nodes], FINER):
+            if block:
+                blocks.append(block)
+            yield
+        off = Rows(blocks, len(nodes)).times(light.radiosity()) - light.indirect[nodes]
+        off = ((light.scene.reflectance[f.node_surface[nodes]] * off) ** 2).sum(axis=1).reshape(-1, LINKED)
+        return np.sqrt(off.mean(axis=1) * light.scene.areas[surfaces])
 
     # -- what it says --------------------------------------------------------------------------------------------
 

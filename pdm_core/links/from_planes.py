@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..at_once import CACHED, parts
-from ..biquadratic import basis
+from ..at_once import CACHED, in_turn, parts
+from ..biquadratic import CHILDREN, FIRST_ROLE, basis
 from ..closed_forms import divide, dot
 from ..contour import polygon_unoccluded
 from ..field_charts import graded, graded_slope
@@ -13,12 +13,12 @@ from ..numerics import gauss_legendre
 from ..shadows import Shadows
 from ..tolerances import TINY
 
+SLENDER = 1.5  # times as long one way as the other: a cell that is halved along the longer alone
 VIRTUAL = 6  # levels a leaf may be divided below itself, near the receiver
 CLOSE = 0.5  # size over distance of a cell whose factor nine samples do not tell
 AT_HAND = 0.9  # size over distance of a cell that may begin right at the receiver
 PARTLY = 0.1  # error of the share of a cell that samples see, of its factor
 _GAUSS, _WEIGHTS = (rule[:, None] for rule in gauss_legendre(3))
-_CHILDREN = np.array([(0, 0, 1, 1), (0, 1, 0, 1)])
 
 
 @dataclass
@@ -28,10 +28,12 @@ class _Cells:
     receiver: np.ndarray
     owner: np.ndarray
     origin: np.ndarray  # (2, n) of the rectangle in the owner, in its widths
-    width: np.ndarray  # (n,) of the rectangle in the owner's widths
+    width: np.ndarray  # (2, n) of the rectangle in the owner's widths
+    slender: np.ndarray  # (2, n) bool: along which axis it is so much shorter than along the other
 
     def take(self, index):
-        return _Cells(self.receiver[index], self.owner[index], self.origin.take(index, axis=1), self.width[index])
+        along = (a.take(index, axis=1) for a in (self.origin, self.width, self.slender))
+        return _Cells(self.receiver[index], self.owner[index], *along)
 
 
 @dataclass
@@ -66,7 +68,8 @@ class FromPlanes:
         self.area = factors.scene.areas
         everyone = np.arange(len(field.level))
         chart = field.chart_of(everyone)
-        self.corner = field.in_chart(everyone).T  # of cells (2, n); their charts begin and extend so along the edges
+        # of cells (2, n), in chart coordinates; their charts begin and extend so along the edges
+        self.corner, self.size = field.in_chart(everyone).T, 0.5**field.level.T
         self.begin, end = (field.on.rectangles.cuts[field.surface, ((0,), (1,)), chart.T + k] for k in (0, 1))
         self.extent = end - self.begin
         self.links = 0
@@ -119,11 +122,12 @@ class FromPlanes:
         charts = self.field.charts[source]
         first = np.repeat(self.field.root[source] - np.cumsum(charts) + charts, charts)
         count = len(first)
-        return _Cells(np.repeat(pair, charts), first + np.arange(count), np.zeros((2, count)), np.ones(count))
+        origin = np.zeros((2, count))
+        return _Cells(np.repeat(pair, charts), first + np.arange(count), origin, origin + 1, origin > 0)
 
     def _on_chart(self, cells):
-        """Lower corner (2, n) and width (n,) in chart coordinates."""
-        size = 0.5 ** self.field.level[cells.owner]
+        """Lower corners and widths (2, n) in chart coordinates."""
+        size = self.size.take(cells.owner, axis=1)
         return self.corner.take(cells.owner, axis=1) + cells.origin * size, size * cells.width
 
     def _along(self, cells, t):
@@ -148,6 +152,8 @@ class FromPlanes:
         above, reach = below + (slope * middle).sum(axis=0), (np.abs(slope) * half).sum(axis=0)
         distance2 = uu * middle[0] ** 2 + vv * middle[1] ** 2 + 2 * uv * middle[0] * middle[1] + height**2
         half2 = self._reach2(pairs.source[k], half)
+        along = half * np.sqrt([uu, vv])
+        cells.slender = SLENDER * along < along[::-1]
         distance, g2 = np.sqrt(distance2), half2 / distance2
         area = 4 * half[0] * half[1] * self.area[pairs.source[k]]
         cosine = np.clip((above + reach) / distance, 0, 1)
@@ -156,44 +162,47 @@ class FromPlanes:
         factor[g2 > AT_HAND**2] = 0.5  # a long cell that the point is next to: half of all light, however small
         leaf = self.field.child[cells.owner] < 0
         error = np.where(leaf, 0.0, detail.below[cells.owner])
-        error = factor * (error + np.minimum(1.0, g2 * g2) * detail.variation[cells.owner] * cells.width)
+        error = factor * (error + np.minimum(1.0, g2 * g2) * detail.variation[cells.owner] * cells.width.max(axis=0))
         seen = above + reach > 0
-        fine = (error <= tol) | (leaf & (cells.width <= 0.5**VIRTUAL))
+        fine = (error <= tol) | (leaf & (cells.width.min(axis=0) <= 0.5**VIRTUAL))
         close = (g2 > CLOSE**2) | (above < reach)
         done = np.flatnonzero(seen & fine)
         ends = low.take(done, axis=1), high.take(done, axis=1)
         return cells.take(np.flatnonzero(seen & ~fine)), cells.take(done), ends, close[done]
 
     def _divide(self, cells):
+        """Into their children, leaves into halves along both axes, of slender ones along the longer."""
         f = self.field
-        child = f.child[cells.owner]
-        leaf = np.repeat(child < 0, 4)
-        quarter = np.tile(np.arange(4), len(child))
-        width = np.repeat(cells.width, 4)
-        owner = np.where(leaf, np.repeat(cells.owner, 4), np.repeat(child, 4) + quarter)
-        origin = np.repeat(cells.origin, 4, axis=1) + _CHILDREN[:, quarter] * (width / 2)
-        origin[:, ~leaf] = 0.0
-        return _Cells(np.repeat(cells.receiver, 4), owner, origin, np.where(leaf, width / 2, 1.0))
+        leaf = f.child[cells.owner] < 0
+        halved = np.where(leaf, ~cells.slender, f.halved[cells.owner].T)
+        which, number = in_turn(1 << halved.sum(axis=0))
+        leaf, halved, owner = leaf[which], halved.take(which, axis=1), cells.owner[which]
+        half = CHILDREN.take(FIRST_ROLE[halved[0] + 2 * halved[1]] + number, axis=0).T
+        width = np.where(leaf, cells.width.take(which, axis=1) / (1 + halved), 1.0)
+        origin = np.where(leaf, cells.origin.take(which, axis=1) + half * width, 0.0)
+        owner = np.where(leaf, owner, f.child[owner] + number)
+        return _Cells(cells.receiver[which], owner, origin, width, cells.slender.take(which, axis=1))
 
     def _weigh(self, cells, ends, close, pairs, detail):
         """Of cells good enough by their own: (pair, nodes (k, 9), weights (k, 9), partly hidden) and those to divide,
         which an occluder's outline crosses and that matter; ends and close as _sort_out tells them."""
         k, (low, width) = cells.receiver, self._on_chart(cells)
-        t = low[:, None] + width * _GAUSS
+        t = low[:, None] + width[:, None] * _GAUSS
         place, slope = self._along(cells, t), graded_slope(t) * _WEIGHTS
         kernel = self._kernel(pairs, k, place - pairs.foot.take(k, axis=1)[:, None]) * (slope[0][:, None] * slope[1])
         size = pairs.height[k] * self.area[pairs.source[k]] * self.extent.take(cells.owner, axis=1).prod(axis=0)
-        factor = kernel.sum(axis=(0, 1)) * size * width**2 / np.pi
+        factor = kernel.sum(axis=(0, 1)) * size * width[0] * width[1] / np.pi
         self._settle(k, ends, np.flatnonzero(close), pairs, kernel, slope, factor)
         hidden, near = pairs.shadows.over(k, *ends, place)
         partly = near & hidden.any(axis=(0, 1)) & ~hidden.all(axis=(0, 1))
         unsure = partly & (PARTLY * factor * detail.surface[pairs.source[k]] > pairs.tolerance[k])
-        unsure &= (self.field.child[cells.owner] >= 0) | (cells.width > 0.5**VIRTUAL)
+        unsure &= (self.field.child[cells.owner] >= 0) | (cells.width.min(axis=0) > 0.5**VIRTUAL)
         keep = np.flatnonzero(~unsure)
         self.links += len(keep)
         scale = factor / kernel.sum(axis=(0, 1))
         kernel = (np.where(hidden, TINY, 1.0) * kernel * scale).take(keep, axis=2)
-        a, b = np.moveaxis(basis(cells.origin.take(keep, axis=1)[:, None] + cells.width[keep] * _GAUSS), -1, 1)
+        origin, width = (side.take(keep, axis=1)[:, None] for side in (cells.origin, cells.width))
+        a, b = np.moveaxis(basis(origin + width * _GAUSS), -1, 1)
         weights = np.einsum("ign,jhn,ghn->ijn", a, b, kernel, optimize=["einsum_path", (0, 2), (0, 1)])
         weights = weights.reshape(9, -1).T
         done = k[keep], self.field.nodes.take(cells.owner[keep], axis=0), weights, near[keep]
@@ -224,5 +233,5 @@ class FromPlanes:
 
 
 def _joined(cells):
-    parts = ("receiver", "owner", "origin", "width")
+    parts = ("receiver", "owner", "origin", "width", "slender")
     return _Cells(*(np.concatenate([getattr(c, k) for c in cells], axis=-1) for k in parts))

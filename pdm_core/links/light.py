@@ -115,8 +115,9 @@ class SolvedLight:
         variation = np.ptp(value[f.nodes], axis=1).max(axis=1)
         surplus = np.abs(surpluses(f, value)).max(axis=(1, 2))
         below = np.zeros(len(f.level))
-        for level in range(f.level.max(), 0, -1):
-            cells = np.flatnonzero(f.level == level)
+        depth = f.level.sum(axis=1)
+        for level in range(depth.max(), 0, -1):
+            cells = np.flatnonzero(depth == level)
             np.maximum.at(below, f.parent[cells], np.maximum(below[cells], surplus[cells]))
         low, high = np.full((len(self.scene), 3), np.inf), np.full((len(self.scene), 3), -np.inf)
         np.minimum.at(low, f.node_surface, value)
@@ -148,13 +149,13 @@ class SolvedLight:
         return lambda value: t.rows.times(rho * t.spread(value))
 
     def divide(self, target):
-        """received: light of every surface split by source; leaf_error (n cells,), sent_error: estimates of what
-        interpolation costs in the field, in L2, and in what is sent, relative; yields."""
+        """received: light of every surface split by source; leaf_error (n cells, 2), sent_error: estimates of what
+        interpolation costs in the field, in L2, along either axis, and in what is sent, relative; yields."""
         t, value = self.transport, self.radiosity()
         received, factors = yield from self._by_source(value)
         lights = np.flatnonzero(np.isin(t.reflectors, t.lights))
         sent = leaf_errors(t.sent, value)[t.sent.leaves] ** 2
-        self.leaf_error, self.received = np.zeros(len(t.field.level)), []
+        self.leaf_error, self.received = np.zeros(t.field.level.shape), []
         for s in range(len(self.scene)):
             nodes = t.field.node_surface == s
             share = max(self.scene.areas[s] / t.area, 0.5 / len(self.scene))
@@ -169,7 +170,7 @@ class SolvedLight:
         self.promised = self.promise(self.leaf_error)
 
     def promise(self, leaf_error):
-        """The relative error that the leaves' (n cells,) come to."""
+        """The relative error that the leaves' (n cells, 2) come to."""
         return float(np.linalg.norm(leaf_error[self.transport.field.leaves])) / max(self.norm, 1e-300)
 
     def _by_source(self, value):

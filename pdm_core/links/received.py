@@ -10,7 +10,7 @@ import copy
 import numpy as np
 
 from ..error_estimates import DECAY, decay
-from ..field_values import conform, surpluses_of
+from ..field_values import by_axis, conform, surpluses_of
 from ..tolerances import TINY
 
 MOST = 12  # sources taken exactly on one surface: each costs a form factor for every point evaluated
@@ -64,9 +64,11 @@ class Received:
         split = surpluses_of(f, self.cells, self.local, self.means.reshape(shape)).reshape(lump.shape)
         split = reflectance * split * self.factors[nodes][..., None]
         lump = reflectance * lump
-        scale = size[:, None, None] * DECAY**2 / 9
-        cost_lump = (scale * (lump[is_leaf] ** 2).sum(axis=3)).sum(axis=(0, 1))
-        cost_split = (scale * (split[is_leaf] ** 2).sum(axis=3)).sum(axis=(0, 1))
+        each_split = (split**2).sum(axis=3)
+        cost_lump, cost_split = (
+            DECAY**2 * np.einsum("n,nas->s", size, by_axis(f, square, self.cells)[is_leaf])
+            for square in ((lump**2).sum(axis=3), each_split)
+        )
         order = np.argsort(cost_split - cost_lump)
         order = np.concatenate([always, order[~np.isin(order, always)]]).astype(int)
         rest = cost_lump.sum() - np.cumsum(cost_lump[order])
@@ -79,10 +81,9 @@ class Received:
         others = order[count:]
         self.take(order[:count])
         lumped = (lump[:, :, others].sum(axis=2) ** 2).sum(axis=2)
-        each = (split[:, :, self.exact] ** 2).sum(axis=(2, 3))
-        surplus = np.zeros(len(f.level))
-        surplus[self.cells] = np.sqrt((lumped + each).mean(axis=1))
-        self.leaf_error = decay(f, leaves, surplus) * surplus[leaves] * np.sqrt(size)
+        surplus = np.zeros((len(f.level), 2))
+        surplus[self.cells] = np.sqrt(by_axis(f, lumped + each_split[:, :, self.exact].sum(axis=2), self.cells))
+        self.leaf_error = decay(f, leaves, surplus) * surplus[leaves] * np.sqrt(size)[:, None]
 
     def take(self, exact):
         """The values to interpolate where the sources `exact` (k,) are those."""

@@ -3,9 +3,8 @@
 import numpy as np
 
 from .. import each_surface
-from ..error_estimates import bends, leaf_errors
-from ..error_flow import areas_of_nodes
-from ..field import DEEPEST
+from ..error_estimates import bends, leaf_errors, lengths
+from ..error_flow import areas_of_nodes, norms
 from ..gaps import crowded
 from .check import SAFETY
 from .light import Precision
@@ -28,6 +27,7 @@ LESS = 0.8  # of what did not close is left after a round that helped
 HALVED = 0.5  # of the error expected on a surface, or of links', what is left where that is too large
 TIGHTER, TIGHTEST = 0.03, 1e-5  # tolerance of the solver, of the last, where its rest is most of the error; the least
 STRAIGHTER = 0.3  # part of the bends of the sources that a refinement leaves, where they are most of the error
+NEXT, UNTOLD = 0.3, 0.2  # of a cell's error along one axis: that along the other is halved as well; that of a root
 REFINE_TO = 0.9 / SAFETY  # of the target: what a refinement leaves in the leaves not split
 
 
@@ -47,26 +47,26 @@ class Refinement:
     def light_up(self, target, final):
         """Refine where shapes touch, and `sent` until direct light is sent on well enough for `final`; yields."""
         light, t = self.light, self.transport
-        while 0 < len(cells := self._crowded(target)) <= t.room(LIGHT_NODES):
-            yield from self._split(cells)
+        while 0 < len(halvings := self._crowded(target)) <= t.room(LIGHT_NODES):
+            yield from self._split(halvings)
             yield
         while True:
             error = leaf_errors(t.sent, light.reflectance * light.lit)
-            cells = _worst(t.sent, error, SENT_SHARE * final * light.scale)
+            halvings = _worst(t.sent, error, SENT_SHARE * final * light.scale)
             if self.check.measured:
                 own = light.shared.allowed(SENT_SHARE * final / light.caught)
-                cells = np.union1d(cells, each_surface.worst_of_parts(t.sent, error, own))
-                cells = cells[np.argsort(error[cells], kind="stable")]
+                halvings = np.union1d(halvings, each_surface.worst_of_parts(t.sent, error, own))
+            halvings = _ordered(t.sent, error, halvings)
             room = t.room(LIGHT_NODES)
-            if not min(len(cells), room):
+            if not min(len(halvings), room):
                 break
-            yield from self._grow(cells[-room:])  # the worst come last
+            yield from self._grow(halvings[-room:])  # the worst come last
             yield
         if final != self.link_target:
             self.link_up(final)
 
     def _crowded(self, target):
-        """Cells of the field that are to be split where shapes touch."""
+        """Halvings of the field where shapes touch."""
         t = self.transport
         own = np.sqrt([shape.area for shape in t.scene.shapes])
         share = CONTACT_SHARE * min(target, CONTACT_LEAST)
@@ -100,7 +100,7 @@ class Refinement:
         whole = not self.check.fresh or self.check.error > target
         if whole and ((yield from self._straighten()) or self._sharpen()):
             return True
-        tightened = last and self._tighten(target)
+        tightened = last and (yield from self._tighten(target))
         return (yield from self._refine(target)) or tightened
 
     def _straighten(self):
@@ -115,17 +115,18 @@ class Refinement:
         direct = check.amplified_light > check.amplified / 2
         f, value = (t.sent, light.lit) if direct else (t.field, light.indirect)
         bend = bends(f, light.scene.reflectance[f.node_surface] * value)
-        part = np.zeros(len(f.level))
-        part[f.leaves] = np.sqrt(np.linalg.norm(bend, axis=1) * f.sizes()[f.leaves])  # they add up, not their squares
-        cells = _worst(f, part, np.sqrt(STRAIGHTER) * np.linalg.norm(part))
+        part = np.zeros(f.level.shape)
+        # they add up, not their squares
+        part[f.leaves] = np.sqrt(np.linalg.norm(bend, axis=2) * f.sizes()[f.leaves][:, None])
+        halvings = _worst(f, part, np.sqrt(STRAIGHTER) * np.linalg.norm(part))
         room = t.room(LIGHT_NODES if direct else 1.0)
-        if not min(len(cells), room):
+        if not min(len(halvings), room):
             return False
         if direct:
-            yield from self._grow(cells[-room:])
+            yield from self._grow(halvings[-room:])
             self.link_up(self.link_target)
         else:
-            yield from self._split(cells[-room:])
+            yield from self._split(halvings[-room:])
         return True
 
     def _sharpen(self):
@@ -140,13 +141,16 @@ class Refinement:
         return True
 
     def _tighten(self, target):
-        """Rows anew with finer links on the surfaces whose own errors are too large, and larger than surpluses promise;
-        False where there are none."""
+        """Rows anew with finer links on the surfaces whose own errors are too large, and larger than surpluses promise,
+        because of them; False where there are none; yields."""
         if self.cramped or not self.check.fresh:
             return False
         mended = self._to_mend(target)
         noisy = self.check.told[mended] > NOISY * self.check.own_promised[mended]
         mended = mended[noisy & (self.strain[mended] < MOST_STRAIN)]
+        if len(mended):
+            linked = yield from self.check.linked(mended)
+            mended = mended[linked > HALVED * self.check.told[mended]]
         if not len(mended):
             return False
         self.strain[mended] /= HALVED
@@ -162,20 +166,20 @@ class Refinement:
             allowed = min(allowed, SURE * target / check.error * np.linalg.norm(error[f.leaves]))
         own = LENIENT * self.light.shared.allowed(REFINE_TO * target / self.light.caught)
         if check.fresh and len(mended := self._to_mend(target)):
-            found = np.sqrt(np.bincount(f.part[f.leaves], error[f.leaves] ** 2, len(own)))
+            found = np.sqrt(np.bincount(f.part[f.leaves], lengths(error[f.leaves]) ** 2, len(own)))
             part = np.isin(np.repeat(np.arange(len(self.light.scene)), f.charts), mended)
             own[part] = np.minimum(own[part], HALVED * found[part])
-        cells = np.union1d(_worst(f, error, allowed), each_surface.worst_of_parts(f, error, own))
+        halvings = np.union1d(_worst(f, error, allowed), each_surface.worst_of_parts(f, error, own))
         if check.fresh:
-            cells = np.union1d(cells, (yield from self._blamed(target)))
-        if not len(cells):
+            halvings = np.union1d(halvings, (yield from self._blamed(target)))
+        if not len(halvings):
             return False
-        cells, room = cells[np.argsort(error[cells], kind="stable")], self.transport.room()
-        if room < len(cells):
+        halvings, room = _ordered(f, error, halvings), self.transport.room()
+        if room < len(halvings):
             self.cramped = True
-            cells = cells[max(len(cells) - room, 0) :]  # the worst come last
+            halvings = halvings[max(len(halvings) - room, 0) :]  # the worst come last
         if room > 0:
-            yield from self._split(cells)
+            yield from self._split(halvings)
         return room > 0
 
     def _to_mend(self, target):
@@ -184,7 +188,7 @@ class Refinement:
         return np.flatnonzero(check.too_large(target) & (check.own_here > SURE * each_surface.OWN * target / SAFETY))
 
     def _blamed(self, target):
-        """Leaves of the field whose errors, passed on with the light, make own errors elsewhere too large; yields."""
+        """Halvings of the field whose errors, passed on with the light, make own errors elsewhere too large; yields."""
         check, light, t = self.check, self.light, self.transport
         far = check.too_large(target) & (check.own_passed > SURE * each_surface.OWN * target / SAFETY)
         if not far.any():
@@ -193,26 +197,39 @@ class Refinement:
         # of each surface's own error, an L2 norm, by the error received at each node
         weight = areas_of_nodes(t.sent) * check.flow_received / np.maximum(check.own_passed * norm**2, 1e-300)[own]
         rho = light.scene.reflectance.max(axis=1)[own]
-        each = yield from check.flow.blame(np.where(far[own], weight * rho, 0.0))
-        leaves = t.field.leaves[t.field.level[t.field.leaves] < DEEPEST]
-        leaves = leaves[np.argsort(each[leaves], kind="stable")]
-        return leaves[np.cumsum(each[leaves]) > HALVED * each[leaves].sum()]
+        f, error = t.field, light.leaf_error
+        alone = norms(t.sent, check.flow_received) / norm
+        if (alone[far] <= SURE * each_surface.OWN * target / SAFETY).all():  # it is what bends make, amplified
+            bend = np.linalg.norm(bends(f, light.scene.reflectance[f.node_surface] * light.indirect), axis=2)
+            error = np.zeros(error.shape)
+            error[f.leaves] = bend * np.sqrt(f.sizes()[f.leaves])[:, None]
+        each, halvings = (yield from check.flow.blame(np.where(far[own], weight * rho, 0.0), error)).ravel(), f.halvings
+        halvings = halvings[np.argsort(each[halvings], kind="stable")]
+        return halvings[np.cumsum(each[halvings]) > HALVED * each[halvings].sum()]
 
     # -- more nodes ----------------------------------------------------------------------------------------------
 
-    def _grow(self, cells):
-        yield from self.transport.grow(cells)
+    def _grow(self, halvings):
+        yield from self.transport.grow(halvings)
         self.light.follow()
 
-    def _split(self, cells):
-        yield from self.transport.split(cells)
+    def _split(self, halvings):
+        yield from self.transport.split(halvings)
         self.light.follow()
+
+
+def _ordered(field, error, halvings):
+    """The worst last, by errors (n cells, 2), with those along the cells' other axes that would be the worst next."""
+    other, error = halvings ^ 1, error.ravel()
+    untold = field.parent[field.made.ravel()[other]] < 0  # roots' errors are one order less sure
+    halvings = np.union1d(halvings, other[error[other] > np.where(untold, UNTOLD, NEXT) * error[halvings]])
+    return halvings[np.argsort(error[halvings], kind="stable")]
 
 
 def _worst(field, error, allowed):
-    """Leaves to split so that those left hold no more than `allowed` of the error (n cells,), in L2."""
-    leaves = field.leaves
-    leaves = leaves[(error[leaves] > 0) & (field.level[leaves] < DEEPEST)]
-    part = error[leaves] ** 2
+    """Halvings so that those left hold no more than `allowed` of the error (n cells, 2), in L2."""
+    halvings = field.halvings
+    part = error.ravel()[halvings] ** 2
+    halvings, part = halvings[part > 0], part[part > 0]
     order = np.argsort(part)
-    return leaves[order[np.cumsum(part[order]) > allowed**2]]
+    return halvings[order[np.cumsum(part[order]) > allowed**2]]

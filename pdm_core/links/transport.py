@@ -9,6 +9,7 @@ from collections import Counter
 import numpy as np
 
 from ..at_once import CACHED, slices
+from ..biquadratic import STEPS
 from ..contacts import contacts_of, settle
 from ..field import Field
 from ..numerics import Rows
@@ -16,7 +17,8 @@ from ..plan import MEMORY, plan
 from ..visibility import Factors, Shafts
 from .gather import Gather
 
-CELL_NODES = 20  # that splitting a cell adds, with the neighbours that have to follow
+HALVING_NODES = 10  # that halving a cell along one axis adds, with the neighbours that have to follow
+BESIDE = 1e-4  # of a cell: less than of the smallest in it
 DENSER = 1.2  # what the next rows may take, of what the last ones took
 
 
@@ -56,17 +58,17 @@ class Transport:
 
     # -- nodes ---------------------------------------------------------------------------------------------------
 
-    def grow(self, cells):
-        """Split these leaves of `sent`; direct light at its new nodes, exact; yields."""
+    def grow(self, halvings):
+        """Of leaves of `sent`; direct light at its new nodes, exact; yields."""
         f, old = self.sent, len(self.fractions)
-        f.refine(cells)
+        f.refine(halvings)
         new = yield from self.received_directly(f.points[old:], f.normals[old:], f.node_surface[old:])
         self.fractions = np.concatenate([self.fractions, new])
         self._place()
 
-    def split(self, cells):
-        """Split these leaves of the field, and those of `sent` that would be coarser; yields."""
-        self.field.refine(cells)
+    def split(self, halvings):
+        """Of leaves of the field, and those of `sent` that would be coarser; yields."""
+        self.field.refine(halvings)
         self._place()
         while len(coarser := self._coarser()):
             yield from self.grow(coarser)
@@ -77,12 +79,20 @@ class Transport:
         self.placed = self.field.locate(f.node_surface, f.on.local(f.node_surface, f.points))
 
     def _coarser(self):
-        """Leaves of `sent` that are coarser than the field: it has to carry the field's detail."""
+        """Halvings of leaves of `sent` that are coarser than the field: it has to have all of its nodes."""
         f = self.field
-        leaves = f.leaves
-        points = f.points[f.nodes[leaves, 4]]
-        there = self.sent.locate(f.surface[leaves], f.on.local(f.surface[leaves], points))[0]
-        return np.unique(there[self.sent.level[there] < f.level[leaves]])
+        leaf, number = np.nonzero(self.sent.find(f.keys)[f.nodes[f.leaves]] < 0)
+        leaf = f.leaves[leaf]
+        within = (1 - BESIDE) * STEPS[number] / 2 + BESIDE / 2  # a node on an edge of the leaf is on others' as well
+        root, place = f.root[f.surface[leaf]] + f.face[leaf], f.in_chart(leaf) + within * 0.5 ** f.level[leaf]
+        there = self.sent.below(root, place)[0]
+        coarser = self.sent.level[there] < f.level[leaf]
+        there, which = np.unique(there, return_inverse=True)
+        count = np.stack([np.bincount(which, lacks, len(there)) for lacks in coarser.T], axis=1)
+        # where parts of it lack halves along other axes, first along that which all lack
+        first = count == np.bincount(which, minlength=len(there))[:, None]
+        some = np.where(first.any(axis=1, keepdims=True), first, count > 0)
+        return self.sent.both(there)[some.ravel()]
 
     # -- factors of the lights -----------------------------------------------------------------------------------
 
@@ -192,9 +202,9 @@ class Transport:
         return self.rows.bytes > MEMORY / 2
 
     def room(self, share=1.0):
-        """How many cells may still be split within this share of the memory."""
+        """How many halvings there may still be within this share of the memory."""
         rows, columns = len(self.field.keys), len(self.sent.keys)
         entries = share * MEMORY / 4 / min(1.0, DENSER * self.density)
         # (rows + more) (columns + more) = entries
         more = (np.sqrt((columns - rows) ** 2 + 4 * entries) - rows - columns) / 2
-        return int(max(more, 0.0)) // CELL_NODES
+        return int(max(more, 0.0)) // HALVING_NODES

@@ -9,9 +9,9 @@ import pytest
 
 from pdm_core import Plane, Polygon, Scene, Surface
 from pdm_core.rays import glare
-from pdm_core.rays.beside import read_places
 from pdm_core.rays.engine import RayState
 from pdm_core.rays.facets import Facets
+from pdm_core.rays.placed import read_places
 from pdm_core.rays.rims import closed
 from pdm_core.rays.solution import ray_steps
 from pdm_core.shapes.shape import square_lattice

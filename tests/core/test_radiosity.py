@@ -165,7 +165,9 @@ def test_memory_is_bounded_and_said(monkeypatch):
     scene = Scene(box(0.5, [0, 1, 0, 0, 0, 0]) + [Surface(Sphere.at((1, 1, 0.6), 0.5), 0.7)])
     monkeypatch.setattr(transport, "MEMORY", 4 * 400**2)
     coarse = solve(scene, 1e-4)
-    assert coarse._light.transport.rows.bytes <= 4 * 400**2 and coarse.error > 1e-4 and np.isfinite(coarse.error)
+    rows = coarse._light.transport.rows
+    assert rows is None or rows.bytes <= 4 * 400**2  # gone where they made room for finer ones
+    assert coarse.error > 1e-4 and np.isfinite(coarse.error)
     full, missed = coarse.warnings
     assert "memory" in full and "above the target" in missed and "time limit" not in missed
     assert warnings_of(coarse, True, 2 * coarse.error, False) == []  # what was asked for is there
