@@ -12,8 +12,10 @@ from .rows import directions
 
 LARGE = 0.1  # of the scene's size: what is smaller is in one room
 POINTS, WAYS = 16, 16
-MOSTLY = 0.75  # of these are no longer than what is asked for
-LONG = 0.5  # of that, so long is a lamp: where a wall goes through it its points tell roughly what is on either side
+MOSTLY = 0.75  # of these are shorter than what is asked for
+# of that, how long lamps are that are parted, and parts: where a wall goes through one its points tell but roughly what
+# is on either side
+LONG, PARTS = 2.0, 0.5
 MOST, WIDER = 64, 1.2  # lamps more than there are; times as long each as long as they would be more
 
 
@@ -23,10 +25,11 @@ def parted(facets, sources):
     large = [s for s in sources if s.sizes.max() > LARGE * np.linalg.norm(high - low)]
     if not large:
         return sources
-    sizes, length = np.array([s.sizes for s in large]), LONG * _usual_ways(facets, large)
-    while np.ceil(sizes / length[:, None]).prod(axis=1).sum() > MOST + len(large):
+    sizes, ways = np.array([s.sizes for s in large]), _usual_ways(facets, large)
+    length = np.where(sizes.max(axis=1) > LONG * ways, PARTS * ways, np.inf)
+    while np.ceil(sizes / length[:, None]).clip(1).prod(axis=1).sum() > MOST + len(large):
         length = length * WIDER
-    length = dict(zip(large, length))
+    length = {source: one for source, one in zip(large, length) if one < np.inf}
     return [part for s in sources for part in (s.cut(facets, length[s]) if s in length else [s])]
 
 
