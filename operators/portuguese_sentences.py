@@ -324,6 +324,8 @@ SENTENCES = {
     "check where they look and what hides them": "veja para onde olham e o que as tapa",
     "{} and {} are closer than the rounding of their coordinates":
         "{} e {} estão mais perto que o arredondamento das coordenadas",
+    "{} and {} are too near each other for light between them":
+        "{} e {} estão demasiado perto para haver luz entre eles",
     "taken as in contact": "contam como em contato",
     "Surface {} is {} m small where coordinates are known to {} m":
         "A superfície {} tem {} m onde as coordenadas se conhecem a {} m",
