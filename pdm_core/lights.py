@@ -219,8 +219,8 @@ class AreaLight(Light):
             return [self]
         corners, steps = tiles(self.sizes, length)
         (u, v), middles = steps[:, None] * [self.u, self.v], corners + steps / 2 - 0.5
-        rest = {"spread": self.spread, "shadows": self.shadows, "name": self.name}
-        return [AreaLight(self.centre + s * self.u + t * self.v, u, v, self.colour, **rest) for s, t in middles]
+        centres, rest = self.centre + middles @ [self.u, self.v], (False, self.spread, self.shadows, self.name)
+        return [AreaLight(centre, u, v, self.colour, *rest) for centre in centres]
 
     @cached_property
     def area(self):

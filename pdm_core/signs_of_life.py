@@ -2,7 +2,7 @@
 
 from threading import Thread
 
-TICK = 0.05  # s between two signs of life
+TICK = 0.03  # s between two signs of life, the last part of a slice of the window
 
 
 def in_thread(work, *arguments):
