@@ -8,6 +8,7 @@ from ..scene import Light
 from .bundles import TOUCHING
 from .lamp_parts import parted
 
+OF_PARTS = 1024  # points that tell a part's mean of emission that varies
 BROAD = 2.0  # times the mean emission of all surfaces: what is no brighter fills enough of what is seen for rays
 
 
@@ -52,7 +53,7 @@ class Emitter(Source):
         scene = facets.scene
         self.index, self.surface, self.whole = index, scene.surfaces[index], scene.surfaces[index].shape
         self.shape = self.whole if shape is None else shape
-        super().__init__(scene.emission[index], self.surface.name)
+        super().__init__(self._colour(scene), self.surface.name)
         self.skip = facets.own[scene.shape_of[index]]
         self.lift, self.tolerance = self.shape.lift, facets.tolerance
         layer = facets.moved[scene.shape_of[index]]  # m; what lies over it, in its plane, hides it
@@ -66,7 +67,13 @@ class Emitter(Source):
         return [Emitter(facets, self.index, part) for part in self.shape.cut(length)]
 
     def take_light(self, scene, before):
-        self.surface, self.colour = scene.surfaces[self.index], scene.emission[self.index]
+        self.surface = scene.surfaces[self.index]
+        self.colour = self._colour(scene)
+
+    def _colour(self, scene):
+        if self.shape is self.whole or not self.is_tinted:
+            return scene.emission[self.index]
+        return self.surface.emission_at(self.shape.samples(OF_PARTS)).mean(axis=0)
 
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi where the radiance is 1 and nothing hides it."""
