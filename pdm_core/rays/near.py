@@ -74,7 +74,7 @@ class NearHits:
         uneven = np.maximum(state.spread * nodes.reflectance.max(axis=1, initial=0.0), state.bent)
         uneven = uneven / max(state.level * nodes.reflectance.max(initial=0.0), 1e-300)
         self.ways = np.minimum(uneven / MOST_UNEVEN, 1.0)  # (nodes,) of the rays that go on, as many as are worth it
-        self.ways[state.narrow] = 1.0
+        self.ways[state.narrow] = 0.0  # there all go on, again and again
         uneven = uneven > UNEVEN * state.target
         shown = state.rows.times(uneven[:, None].astype(float))[:, 0] > SHOWN if uneven.any() else uneven
         self.reach = np.select([uneven, shown | state.narrow], REACH) * np.sqrt(nodes.weight)
