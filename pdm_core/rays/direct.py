@@ -4,6 +4,8 @@ The share is that of points spread over the source, seen through one perspective
 more and more of them, until what is unsure is below the tolerance.
 """
 
+from itertools import product
+
 import numpy as np
 
 from ..at_once import AT_ONCE, CACHED, slices
@@ -22,7 +24,7 @@ READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and a
 # the same where only differences count, which the same points tell alike: 1 / 64 of a lamp in the tenth of a floor that
 # sees part of it is .1 % of its light
 COMPARED = 16, 64
-SCATTERED = 2, 64  # points of a source for each of many receivers in turn, of so many in all
+SCATTERED = 2, 24  # points of a source for each of many receivers, of one of TURNS sets of so many
 GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
@@ -116,18 +118,23 @@ class Shares:
         """Shares seen (n, 3) by SCATTERED points each, the likelier the more a point gives there: as all points would
         tell in the mean of several receivers; yields."""
         few, most = SCATTERED  # of many sources fewer points are as many in all
-        place, normal, weight = source.samples(max(most * MANY // max(len(self.sources), MANY), FACTOR * few))
+        most = max(most * MANY // max(len(self.sources), MANY), FACTOR * few)
+        place, normal, weight = source.samples(TURNS * most)
         tint, n = source.tint(place), len(receivers)
         point, some_shine = np.zeros((n, few), int), np.zeros(n, bool)
-        for part in slices(n, max(AT_ONCE // len(place), 1)):
-            mine = np.arange(n)[part]
-            upto = (self._values(source, place, normal, receivers.take(mine)) * weight[:, None]).cumsum(axis=0)
+        turns = min(TURNS, len(place))
+        for part, turn in product(slices(n, max(AT_ONCE // most, 1)), range(turns)):
+            mine = np.arange(n)[part][turn::turns]
+            own = np.arange(turn, len(place), turns)
+            normals = None if normal is None else normal[own]
+            upto = self._values(source, place[own], normals, receivers.take(mine)) * weight[own, None]
+            upto = upto.cumsum(axis=0)
             at = (np.arange(few) + mine[:, None] * GOLDEN % 1) / few * upto[-1][:, None]
-            point[part] = (upto[:, :, None] <= at).sum(axis=0)
-            some_shine[part] = upto[-1] > 0
+            point[mine] = own[np.minimum((upto[:, :, None] <= at).sum(axis=0), len(own) - 1)]
+            some_shine[mine] = upto[-1] > 0
             yield
-        whose, which = np.repeat(np.arange(n), few), np.minimum(point, len(place) - 1).ravel()
-        which = np.where(some_shine[whose], which, -1)
+        whose = np.repeat(np.arange(n), few)
+        which = np.where(some_shine[whose], point.ravel(), -1)
         seen = np.where(some_shine, 0.0, 1.0)[:, None] * np.ones(3)
         for some in batches(len(place), len(which) // len(place), self.facets):
             pairs = np.flatnonzero((which >= some[0]) & (which <= some[-1]))
