@@ -5,18 +5,18 @@ How long each may be is asked of the scene: it hangs on how far their light goes
 
 import numpy as np
 
+from ..shapes.mesh_parts import MOST, WIDER
 from ..shapes.shape import box_of
 from .bundles import Receivers, along
 from .near import places_of
 from .rows import directions
 
 LARGE = 0.1  # of the scene's size: what is smaller is in one room
-POINTS, WAYS = 16, 16
+POINTS, WAYS = 16, 16  # of a lamp, and ways along which light leaves each
 MOSTLY = 0.75  # of these are shorter than what is asked for
 # of that, how long lamps are that are parted, and parts: where a wall goes through one its points tell but roughly what
 # is on either side
 LONG, PARTS = 2.0, 0.5
-MOST, WIDER = 64, 1.2  # lamps more than there are; times as long each as long as they would be more
 
 
 def parted(facets, sources):

@@ -3,6 +3,7 @@
 import numpy as np
 
 MOST, WIDER = 64, 1.2  # parts; times as long each as long as they would be more
+SMALL = 0.1  # of a part: shorter triangles are of that in which their middle is
 
 
 def parts_of(corners, length):
@@ -11,21 +12,24 @@ def parts_of(corners, length):
     while True:
         number = np.ceil((high - low) / length).clip(1)
         size = np.maximum(high - low, 1e-300) / number
-        part = np.unique(_cells(corners, low, size), axis=0)
+        part = np.unique(_cells(corners, low, size, number), axis=0)
         if len(part) <= MOST:
             break
         length *= WIDER
+    long = (np.ptp(corners, axis=1) > SMALL * size).any(axis=1)
+    small, corners = corners[~long], corners[long]
     for axis in range(3):
         for k in range(1, int(number[axis])):
             corners = _across(corners, axis, low[axis] + k * size[axis])
-    part = np.unique(_cells(corners, low, size), axis=0, return_inverse=True)[1].ravel()
+    corners = np.concatenate([small, corners])
+    part = np.unique(_cells(corners, low, size, number), axis=0, return_inverse=True)[1].ravel()
     order = np.argsort(part, kind="stable")
     return np.split(corners[order], np.flatnonzero(np.diff(part[order])) + 1)
 
 
-def _cells(corners, low, size):
+def _cells(corners, low, size, number):
     """(t, 3) which cube each triangle's middle is in."""
-    return (corners.mean(axis=1) - low) // size
+    return np.clip((corners.mean(axis=1) - low) // size, 0, number - 1)
 
 
 def _across(corners, axis, at):
