@@ -74,7 +74,7 @@ class Spot(Source):
         self.beam_of, self.index, self.centre = beam_of, index, facets.centre
         self.place, self.normal = points.place[mine], points.normal[mine]
         self.area, self.weight = points.area[mine], points.area[mine] * points.factor[mine]
-        scene, emitter = facets.scene, Emitter(facets, index)
+        scene, emitter = facets.scene, Emitter(facets, index, facets.scene.surfaces[index].shape)
         super().__init__(self.colour_of(scene, lamp.colour), f"{lamp.name} on {scene.surfaces[index].name}")
         self.surface, self.skip, self.against = scene.surfaces[index], emitter.skip, emitter.against
 

@@ -5,8 +5,8 @@ How long each may be is asked of the scene: it hangs on how far their light goes
 
 import numpy as np
 
-from ..shapes.mesh_parts import MOST, WIDER
 from ..shapes.shape import box_of
+from ..shapes.triangle_tiles import MOST, WIDER
 from .bundles import Receivers, along
 from .near import places_of
 from .rows import directions

@@ -17,7 +17,7 @@ class Source(Light):
     light comes to, blockers: Facets of what may hide it, None for all; pattern None where it is even; is_surface:
     whether samples' weights are areas; is_spot: whether it is what a beam lights; is_tinted: whether its colour varies
     over its sample places; partly: the part of receivers that see a part of it, see Shares.learn; whole: the Shape or
-    Light that it is a part of, sizes (2,) m: how long and wide it is."""
+    Light that it is cut from, sizes (2,) m: how long and wide it is."""
 
     whole, sizes = None, np.zeros(2)
     skip, lift, partly, pattern = -1, 0.0, 0.0, None
@@ -49,10 +49,9 @@ class Emitter(Source):
 
     is_surface = True
 
-    def __init__(self, facets, index, shape=None):
+    def __init__(self, facets, index, whole, part=None):
         scene = facets.scene
-        self.index, self.surface, self.whole = index, scene.surfaces[index], scene.surfaces[index].shape
-        self.shape = self.whole if shape is None else shape
+        self.index, self.surface, self.whole, self.shape = index, scene.surfaces[index], whole, part or whole
         super().__init__(self._colour(scene), self.surface.name)
         self.skip = facets.own[scene.shape_of[index]]
         self.lift, self.tolerance = self.shape.lift, facets.tolerance
@@ -64,14 +63,14 @@ class Emitter(Source):
         return np.array([2 * self.shape.bounds[1], self.shape.thickness])
 
     def cut(self, facets, length):
-        return [Emitter(facets, self.index, part) for part in self.shape.cut(length)]
+        return [Emitter(facets, self.index, self.whole, part) for part in self.shape.cut(length)]
 
     def take_light(self, scene, before):
         self.surface = scene.surfaces[self.index]
         self.colour = self._colour(scene)
 
     def _colour(self, scene):
-        if self.shape is self.whole or not self.is_tinted:
+        if self.shape is self.surface.shape or not self.is_tinted:
             return scene.emission[self.index]
         return self.surface.emission_at(self.shape.samples(OF_PARTS)).mean(axis=0)
 
@@ -166,5 +165,5 @@ def sources_of(facets, by_rays):
     """[Source] of all that shines, but for surfaces by_rays (n surfaces,) bool, which rays meet."""
     scene = facets.scene
     shines = (scene.emission > 0).any(axis=1) & ~by_rays
-    emitters = [Emitter(facets, k) for k in np.flatnonzero(shines)]
+    emitters = [Emitter(facets, k, part) for k in np.flatnonzero(shines) for part in scene.surfaces[k].shape.apart]
     return parted(facets, emitters + [Lamp(facets, k) for k in range(len(scene.lights))])

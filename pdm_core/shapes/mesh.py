@@ -17,6 +17,7 @@ from .mesh_places import MeshPlaces
 from .mesh_receiving import LIFTED, MeshReceiving
 from .plane import Facet
 from .shape import FLATTEST, Shape, unit
+from .triangle_tiles import tiles_of
 from .triangles import facets_of, spread_over
 
 
@@ -77,13 +78,17 @@ class Mesh(Shape):
         """m^2"""
         return float(self.areas.sum())
 
+    @cached_property
+    def apart(self):
+        return parts_of(self)
+
     @classmethod
     def of(cls, corners):
         """The mesh of triangles (t, 3, 3) m, shaded flat."""
         return cls(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), smooth=False)
 
     def cut(self, length):
-        parts = parts_of(self.corners, length)
+        parts = tiles_of(self.corners, length)
         return [Mesh.of(part) for part in parts] if len(parts) > 1 else [self]
 
     @cached_property

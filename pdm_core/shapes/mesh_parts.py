@@ -1,46 +1,36 @@
-"""The parts of what is made of triangles, each no longer than is asked for: what is in many places as many lamps."""
+"""The parts of a mesh that hang together: what shines in many places is as many lamps."""
 
 import numpy as np
 
-MOST, WIDER = 64, 1.2  # parts; times as long each as long as they would be more
-SMALL = 0.1  # of a part: shorter triangles are of that in which their middle is
+from ..connected import connected
+from .triangles import halves
+
+MOST = 64  # of more those near each other are one
 
 
-def parts_of(corners, length):
-    """[(k, 3, 3)] of triangles (t, 3, 3) m, cut into cubes of at most so many m, or so many that they are MOST."""
-    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    while True:
-        number = np.ceil((high - low) / length).clip(1)
-        size = np.maximum(high - low, 1e-300) / number
-        part = np.unique(_cells(corners, low, size, number), axis=0)
-        if len(part) <= MOST:
-            break
-        length *= WIDER
-    long = (np.ptp(corners, axis=1) > SMALL * size).any(axis=1)
-    small, corners = corners[~long], corners[long]
-    for axis in range(3):
-        for k in range(1, int(number[axis])):
-            corners = _across(corners, axis, low[axis] + k * size[axis])
-    corners = np.concatenate([small, corners])
-    part = np.unique(_cells(corners, low, size, number), axis=0, return_inverse=True)[1].ravel()
-    order = np.argsort(part, kind="stable")
-    return np.split(corners[order], np.flatnonzero(np.diff(part[order])) + 1)
+def parts_of(mesh):
+    """[Mesh] of the triangles of a Mesh that hang together, by the places of their corners; itself where all do."""
+    name = np.unique(mesh.places.names, return_inverse=True)[1].reshape(-1, 3)
+    label = connected(name.max() + 1, name[:, :2].ravel(), name[:, 1:].ravel())
+    part = np.unique(label[name[:, 0]], return_inverse=True)[1]
+    number = np.bincount(part)
+    if len(number) == 1:
+        return [mesh]
+    middle = mesh.corners.mean(axis=1)
+    middle = np.column_stack([np.bincount(part, m) / number for m in middle.T])
+    own = np.empty(len(number), int)
+    for k, some in enumerate(_near_each_other(middle)):
+        own[some] = k
+    order = np.argsort(own[part], kind="stable")
+    cuts = np.flatnonzero(np.diff(own[part][order])) + 1
+    corners = (mesh.corners[some] for some in np.split(order, cuts))
+    return [type(mesh).of(c) for c in corners]
 
 
-def _cells(corners, low, size, number):
-    """(t, 3) which cube each triangle's middle is in."""
-    return np.clip((corners.mean(axis=1) - low) // size, 0, number - 1)
-
-
-def _across(corners, axis, at):
-    """Triangles (t, 3, 3) m in parts on one side each of the plane where a coordinate is `at`."""
-    height = corners[:, :, axis] - at
-    above = height > 0
-    number = above.sum(axis=1)
-    cut = np.flatnonzero((number == 1) | (number == 2))
-    alone = np.where(number == 1, above.argmax(axis=1), above.argmin(axis=1))[cut]
-    (a, b, c), (ha, hb, hc) = ([of[cut, (alone + k) % 3] for k in range(3)] for of in (corners, height))
-    p, q = a + (ha / (ha - hb))[:, None] * (b - a), a + (ha / (ha - hc))[:, None] * (c - a)
-    new = [np.stack(three, axis=1) for three in ((a, p, q), (p, b, c), (p, c, q))]
-    new = np.concatenate([np.delete(corners, cut, axis=0), *new])
-    return new[np.linalg.norm(np.cross(new[:, 1] - new[:, 0], new[:, 2] - new[:, 0]), axis=1) > 0]
+def _near_each_other(places):
+    """[index (k,)] of places (n, 3), MOST at most, halved along where they are furthest apart."""
+    groups = [np.arange(len(places))]
+    while len(groups) < min(MOST, len(places)):
+        groups.sort(key=len)
+        groups += halves(groups.pop(), places)
+    return groups

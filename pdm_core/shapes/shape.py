@@ -106,6 +106,11 @@ class Shape:
     first_cells = 1, 1  # along its parameters, where an integral over it begins
     least_cells = 1, 1  # along the chart's axes
 
+    @property
+    def apart(self):
+        """[Shape] what of it hangs together: as a lamp each of these is one."""
+        return [self]
+
     def cut(self, length):
         """[Shape] parts of it, about so many m long at most, that are lamps of their own."""
         return [self]
