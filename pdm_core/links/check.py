@@ -9,6 +9,7 @@ from ..contacts import contacts_of
 from ..error_estimates import Look, Residual, leaf_errors, lengths, sample_points, source_defect
 from ..error_flow import ONE_SIGNED, Flow, areas_of_nodes, norms
 from ..numerics import ROUGHLY, Rows, gmres
+from ..signs_of_life import finish, in_thread
 from ..tolerances import SINGLE
 
 SEED = 20  # of the samples: runs repeat
@@ -56,7 +57,7 @@ class Check:
         light.transport.forget()
         some = light.norm > 0 and len(light.transport.reflectors)
         if some:
-            yield from self._amplify()
+            yield from in_thread(self._amplify)
         while some and len(self.looks) < LOOKS:
             yield from self._look(SEED + len(self.looks), samples)
             residual = yield from self._judge()
@@ -73,7 +74,7 @@ class Check:
     def again(self):
         """The error at the same points, under other light; yields."""
         if self.looks and self.light.norm > 0:
-            yield from self._amplify()
+            yield from in_thread(self._amplify)
             yield from self._judge()
         elif not self.light.norm > 0:
             self.nothing()
@@ -101,7 +102,7 @@ class Check:
         self.looks.append(Look(surface, points, weight, Rows(blocks, len(points)), fractions))
 
     def _amplify(self):
-        """What the scene makes of errors of its sources and of what the solver left: solved for like light; yields."""
+        """What the scene makes of errors of its sources and of what the solver left: solved for like light."""
         light, t, rho = self.light, self.light.transport, self.light.reflectance
 
         def size(error):
@@ -109,17 +110,14 @@ class Check:
 
         self.bent = source_defect(t.sent, light.lit)
         lit = t.rows.times(rho * self.bent)
-        yield
         indirect = t.rows.times(rho * t.spread(source_defect(t.field, light.indirect)))
-        yield
         received = t.rows.times(light.radiosity())
         unsolved = received - light.indirect
         unsolved += np.copysign(ROUNDED, unsolved.sum()) * light.indirect
-        yield
         right = np.concatenate([lit, lit + indirect, unsolved, t.from_nothing(received)], axis=1)
         scatter = light.scatter(np.tile(rho, 4))
         # what is left of it may be as much of one sign as all of it is
-        error = (yield from gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0] / (1 - ROUGHLY)
+        error = finish(gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0] / (1 - ROUGHLY)
         self.own_light, self.own_bends, self.own_unsolved, self.own_unclosed = (
             size(error[:, k : k + 3]) for k in (0, 3, 6, 9)
         )

@@ -13,6 +13,7 @@ from ..error_estimates import leaf_errors
 from ..field_values import predict, surpluses
 from ..numerics import Rows, gmres
 from ..plan import proportional_channels
+from ..signs_of_life import finish, in_thread
 from .gather import Detail
 from .received import Received
 
@@ -134,14 +135,16 @@ class SolvedLight:
 
     def solve(self, tolerance):
         """I = A rho (D + I) + A added, from the guess at hand; for one of each set of proportional channels; yields."""
-        t, (which, channels) = self.transport, self.channels
-        rho = self.reflectance[:, which]
-        right = t.rows.times(rho * self.lit[:, which] + self.shining[:, which])
-        scatter = self.scatter(rho)
-        value, steps, _ = yield from gmres(scatter, right, self.indirect[:, which], tolerance)
+        which, channels = self.channels
+        value, steps, _ = yield from in_thread(self._solved, which, tolerance)
         self.indirect = value @ channels
         self.iterations += steps
         self._measure()
+
+    def _solved(self, which, tolerance):
+        rho = self.reflectance[:, which]
+        right = self.transport.rows.times(rho * self.lit[:, which] + self.shining[:, which])
+        return finish(gmres(self.scatter(rho), right, self.indirect[:, which], tolerance))
 
     def scatter(self, rho):
         """rho (n sent nodes, c) -> function of indirect light (n nodes, c): what one more reflection makes of it."""
