@@ -25,8 +25,8 @@ CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their
 
 class Check:
     """Of a RayState: error, stated; parts {name: of the light}; surface_errors (n surfaces,), each one's of its own
-    light; node_error (n,): of what each node reflects; passed (n,):
-    the square of what of it comes from others; surplus: see Nodes.surplus, as squares over their m^2."""
+    light; node_error (n,): of what each node reflects; passed (n,): the square of what of it comes from others;
+    surplus: see Nodes.surplus, as squares over their m^2."""
 
     def __init__(self, state):
         self.state, self.error, self.parts = state, float("inf"), {}

@@ -6,6 +6,7 @@ worked out anew and A (rho E) gathered anew, by as many directions as the error 
 
 import time
 from collections import Counter
+from functools import cached_property
 
 import numpy as np
 
@@ -123,7 +124,7 @@ class RayState:
     def link(self):
         """The rows of all nodes, and their own light: direct, and what they send whatever they receive."""
         self.rows = Gathered(self.traced, self.nodes, self.scene)
-        self.narrow = in_narrow(self.nodes, self.traced)
+        vars(self).pop("narrow", None)
         self.direct = np.einsum("nkc,kc->nc", self.factor, self.light)
         own = self.nodes.surface
         self.shining = np.where(self.by_rays[own, None], self.scene.emission[own], 0.0)
@@ -175,6 +176,11 @@ class RayState:
         return np.maximum(np.maximum(each, dim**2 * usual), 1e-300)
 
     # -- reading -------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def narrow(self):
+        """(n,) Whether nodes lie in gaps narrower than they are."""
+        return in_narrow(self.nodes, self.traced)
 
     def glare(self, count):
         """The Glare for receivers with so many directions, or None, found once; yields."""

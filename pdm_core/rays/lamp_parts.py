@@ -5,7 +5,7 @@ How long each may be is asked of the scene: it hangs on how far their light goes
 
 import numpy as np
 
-from ..shapes.shape import box_of
+from ..shapes.shape import box_of, tile_counts
 from ..shapes.triangle_tiles import MOST, WIDER
 from .bundles import Receivers, along
 from .near import places_of
@@ -27,7 +27,7 @@ def parted(facets, sources):
         return sources
     sizes, ways = np.array([s.sizes for s in large]), _usual_ways(facets, large)
     length = np.where(sizes.max(axis=1) > LONG * ways, PARTS * ways, np.inf)
-    while np.ceil(sizes / length[:, None]).clip(1).prod(axis=1).sum() > MOST + len(large):
+    while tile_counts(sizes, length[:, None]).prod(axis=1).sum() > MOST + len(large):
         length = length * WIDER
     length = {source: one for source, one in zip(large, length) if one < np.inf}
     return [part for s in sources for part in (s.cut(facets, length[s]) if s in length else [s])]

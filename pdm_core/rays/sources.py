@@ -112,19 +112,16 @@ class Lamp(Source):
     def __init__(self, facets, number, light=None, share=1.0):
         self.whole, self.number, self.share = facets.scene.lights[number], number, share
         super().__init__(share * np.asarray(self.whole.colour, float), self.whole.name)
-        self._take_limits(facets, self.whole)
+        if self.whole.receivers is not None:
+            self.receivers = facets.scene.of_shapes(self.whole.receivers)
+        if self.whole.blockers is not None:
+            self.blockers = facets.blocking(self.whole)
         light = self.whole if light is None else light
         self.distant, self.sizes = light.distant, light.sizes
         self.unoccluded, self.samples, self.holds = light.unoccluded, light.samples, light.holds
         self.beyond = light.beyond
         self.pattern, self.beam = light.pattern, light.beam
         self.shadows = light.shadows and (self.blockers is None or len(self.blockers.shape) > 0)
-
-    def _take_limits(self, facets, light):
-        if light.receivers is not None:
-            self.receivers = facets.scene.of_shapes(light.receivers)
-        if light.blockers is not None:
-            self.blockers = facets.blocking(light)
 
     def cut(self, facets, length):
         parts = self.whole.cut(length)

@@ -79,9 +79,14 @@ def square_lattice(count):
     return (0.5 + np.outer(np.arange(count), steps)) % 1.0
 
 
+def tile_counts(sizes, length):
+    """How many tiles, each so many m at most, sizes m take, at least 1 each."""
+    return np.ceil(sizes / length).clip(1)
+
+
 def tiles(sizes, length):
     """Corners (k, 2) in the unit square and steps (2,) of tiles of what has sizes (2,) m, each so many m at most."""
-    number = np.maximum(np.ceil(np.asarray(sizes) / length), 1)
+    number = tile_counts(sizes, length)
     return np.argwhere(np.ones(number.astype(int))) / number, 1 / number
 
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .shape import tile_counts
+
 MOST, WIDER = 64, 1.2  # parts; times as long each as long as they would be more
 SMALL = 0.1  # of a part: shorter triangles are of that in which their middle is
 
@@ -10,7 +12,7 @@ def tiles_of(corners, length):
     """[(k, 3, 3)] of triangles (t, 3, 3) m, cut into cubes of at most so many m, or so many that they are MOST."""
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     while True:
-        number = np.ceil((high - low) / length).clip(1)
+        number = tile_counts(high - low, length)
         size = np.maximum(high - low, 1e-300) / number
         part = np.unique(_cells(corners, low, size, number), axis=0)
         if len(part) <= MOST:
