@@ -37,10 +37,10 @@ font-size:.8rem;font-variant-numeric:tabular-nums}th,td{padding:.25rem .4rem;bor
 text-align:right;vertical-align:bottom}td{white-space:nowrap}
 th:first-child,td:first-child,th:nth-child(2),td:nth-child(2){text-align:left}
 svg{width:100%;height:auto;display:block}svg text{fill:var(--ink);font:13px system-ui,sans-serif}
-.grid{stroke:var(--line)}figure{margin:0}.key span{margin-right:1.2em;white-space:nowrap}
+.grid{stroke:var(--line)}figure{margin:0}.key span{display:inline-block;margin-right:1.2em}
 svg.plot{overflow:visible}svg.sign{display:inline;width:1em;height:1em;vertical-align:-.1em}
 @media(max-width:70rem){.hint{display:block}}
-@media(max-width:32rem){svg text{font-size:20px}.key span{white-space:normal}}
+@media(max-width:32rem){svg text{font-size:20px}}
 @media print{.hint{display:none}.wide{overflow:visible;transform:none;left:0}
 .wide table{font-size:.5rem}.wide th,.wide td{padding:.15rem .25rem}}
 svg.map{max-width:34rem;background:#222;border-radius:4px;margin:.4rem 0}
@@ -341,7 +341,7 @@ def _map(dots, top):
 
 
 def _foretold(result):
-    rows = [(t, s) for t, s in result["foretold"].items() if s is not None]
+    rows = [(t, s) for t, s in result["foretold"].items() if s is not None and float(t) < result["floor"]]
     return _items([f"{percent(float(target))}: about {seconds:.1f} s" for target, seconds in rows])
 
 
