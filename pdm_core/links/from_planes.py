@@ -90,16 +90,18 @@ class FromPlanes:
         pairs = _Pairs(x, n, height, tol[r], own, s, occluders, shadows, foot, below, slope)
         links = []
         for chunk in parts(np.arange(len(r)), CACHED):
-            todo = self._whole(chunk, s[chunk])
-            while len(todo.receiver):
-                todo, *done = self._sort_out(todo, pairs, detail)
+            waiting = [self._whole(chunk, s[chunk])]
+            while waiting:
+                todo, *done = self._sort_out(waiting.pop(), pairs, detail)
                 some, split = self._weigh(*done, pairs, detail)
                 links.append(some)
                 yield None
                 todo = self._divide(_joined([todo, split]))
+                waiting += [todo.take(k) for k in parts(np.arange(len(todo.receiver)), 4 * CACHED)]
         if not links:
             return
         pair, node, weight, partial = (np.concatenate(part) for part in zip(*links))
+        yield None
         share = np.bincount(pair, weight.sum(axis=1), minlength=len(r))
         hidden = np.bincount(pair, partial, minlength=len(r)) > 0
         scale = yield from self._scales(pairs, share, hidden)

@@ -51,11 +51,14 @@ class Gather:
             yield from self._dense(entries, some)
 
     def _dense(self, entries, rows):
-        """Entries (receiver (k,), nodes (k, j), weights (k, j)), receivers counted within rows (m,) -> Blocks."""
+        """Entries (receiver (k,), nodes (k, j), weights (k, j)), receivers counted within rows (m,) -> Blocks, and
+        None between."""
         each = [node.shape[1] // 9 for _, node, _ in entries]
         receiver = np.concatenate([np.zeros(0, int), *(np.repeat(e[0], k) for e, k in zip(entries, each))])
         node = np.concatenate([np.zeros((0, 9), int), *(e[1].reshape(-1, 9) for e in entries)])
+        yield None
         weight = np.concatenate([np.zeros((0, 9)), *(e[2].reshape(-1, 9) for e in entries)])
+        yield None
         order = np.argsort(receiver, kind="stable")
         starts = np.arange(0, len(rows), BLOCK)
         ends = np.searchsorted(receiver[order], np.append(starts, len(rows)))
