@@ -14,10 +14,9 @@ NOISY = 1.2  # error found, of the error the surpluses promise, that only links 
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
 LIGHT_NODES = 0.6  # of the memory: what direct light may take, lest none be left for the rest
 CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
-CONTACT_LEAST = (
-    0.0125  # target that contacts of spheres are resolved for in any case: the dark about a point of contact
-)
-# is caught light, of which residuals show an eighth
+# target that contacts of spheres are resolved for in any case: the dark about a point of contact is caught light, of
+# which residuals show an eighth
+CONTACT_LEAST = 0.0125
 FLAT = 0.133  # of that size in gaps between planes, which are as large as they
 CONTACT_OWN = 6.0  # sides of a square as large as the smaller of the two shapes: the same of its own light
 SURE = 0.7  # lower than what was found asks for: the halves of what is split, and the rest, have errors of their own
