@@ -25,7 +25,6 @@ class Kept:
 
     def __init__(self, scene, surface, points):
         self.scene, self.surface, self.points = scene, surface, points
-        self.order = np.argsort(surface, kind="stable")
         self.reflectance, self.emission = materials_at(scene, surface, points)
 
     def radiance(self, scene):

@@ -136,7 +136,7 @@ class SolvedLight:
     def solve(self, tolerance):
         """I = A rho (D + I) + A added, from the guess at hand; for one of each set of proportional channels; yields."""
         which, channels = self.channels
-        value, steps, _ = yield from in_thread(self._solved, which, tolerance)
+        value, steps = yield from in_thread(self._solved, which, tolerance)
         self.indirect = value @ channels
         self.iterations += steps
         self._measure()
@@ -164,7 +164,7 @@ class SolvedLight:
             share = max(self.scene.areas[s] / t.area, 0.5 / len(self.scene))
             own = each_surface.OWN * self.shared.norm[s] or np.inf
             allowed = EXACT_SHARE * target * min(self.scale * np.sqrt(share), own)
-            part = Received(t.field, s, received[nodes], factors[nodes], t.reflectors)
+            part = Received(t.field, s, received[nodes], factors[nodes])
             part.choose(self.scene.reflectance[s], allowed, self.exact.get(s, lights), s in self.exact)
             self.leaf_error[part.leaves] = part.leaf_error
             self.received.append(part.conform())

@@ -36,11 +36,11 @@ class Mesh(Shape):
 
     def __init__(self, vertices, faces, smooth=True):
         self.faces = Faces(vertices, faces, smooth)
-        self.vertices, self.face_count = self.faces.vertices, self.faces.count
+        self.vertices = self.faces.vertices
         self._lights = {}  # MeshLight of the front and of the back, by the sign
 
     def __repr__(self):
-        return f"Mesh of {len(self.vertices)} vertices and {self.face_count} faces"
+        return f"Mesh of {len(self.vertices)} vertices and {self.faces.count} faces"
 
     @property
     def triangles(self):

@@ -199,16 +199,7 @@ class Planes:
     def inset(self, which, points, least):
         """Nearest points (n, 3) m that keep at least so many m, and INSET, from the borders."""
         border = np.minimum(np.maximum(INSET, least / self.edges[which]), 0.25)
-        return self._world(which, np.clip(self._local(which, points), border, 1 - border))
-
-    def project(self, which, points):
-        """Nearest points (n, 3) m, along the edges where they are not upright."""
-        return self._world(which, np.clip(self._local(which, points), 0.0, 1.0))
-
-    def _local(self, which, points):
-        offset = points - self.origin[which]
-        return np.einsum("nij,nj->ni", self.inverse[which, :2], offset)
-
-    def _world(self, which, at):
+        at = np.einsum("nij,nj->ni", self.inverse[which, :2], points - self.origin[which])
+        at = np.clip(at, border, 1 - border)
         affine = np.einsum("nij,nj->ni", self.linear[which, :, :2], at)
         return self.origin[which] + affine + at[:, :1] * at[:, 1:] * self.twist[which]

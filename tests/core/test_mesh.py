@@ -11,7 +11,7 @@ CUBE_FACES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 
 
 def left_out(mesh):
     """(k,) Faces that have no triangle."""
-    return np.setdiff1d(np.arange(mesh.face_count), mesh.faces.of)
+    return np.setdiff1d(np.arange(mesh.faces.count), mesh.faces.of)
 
 
 def ball(rings=12, radius=1.0):
