@@ -8,7 +8,7 @@ from .. import each_surface
 from ..contacts import contacts_of
 from ..error_estimates import Look, Residual, leaf_errors, lengths, sample_points, source_defect
 from ..error_flow import ONE_SIGNED, Flow, areas_of_nodes, norms
-from ..numerics import ROUGHLY, Rows, gmres
+from ..numerics import ROUGHLY, gmres
 from ..signs_of_life import finish, in_thread
 from ..tolerances import SINGLE
 
@@ -92,14 +92,10 @@ class Check:
         shared = np.where(light.shared.counts, light.shared.norm, 0.0)
         error = lengths(self.leaf_error)
         surface, points, normals, weight = sample_points(t.field, error, shared, t.reached, samples, seed)
-        blocks = []
-        for block in light.links(points, normals, surface, FINER):
-            if block:
-                blocks.append(block)
-            yield
+        rows = yield from light.rows_at(points, normals, surface, FINER)
         fractions = yield from t.received_directly(points, normals, surface)
         weight = np.where(contacts_of(t.scene).covered(points, surface), 0.0, weight)
-        self.looks.append(Look(surface, points, weight, Rows(blocks, len(points)), fractions))
+        self.looks.append(Look(surface, points, weight, rows, fractions))
 
     def _amplify(self):
         """What the scene makes of errors of its sources and of what the solver left: solved for like light."""
@@ -205,12 +201,8 @@ class Check:
         area = np.append(0.0, np.cumsum(areas_of_nodes(f)[order]))
         at = area[first] + (area[end] - area[first]) * (np.arange(LINKED) + 0.5) / LINKED
         nodes = order[np.clip(np.searchsorted(area, at) - 1, first, end - 1)].ravel()
-        blocks = []
-        for block in light.links(f.points[nodes], f.normals[nodes], f.node_surface[nodes], FINER):
-            if block:
-                blocks.append(block)
-            yield
-        off = Rows(blocks, len(nodes)).times(light.radiosity()) - light.indirect[nodes]
+        rows = yield from light.rows_at(f.points[nodes], f.normals[nodes], f.node_surface[nodes], FINER)
+        off = rows.times(light.radiosity()) - light.indirect[nodes]
         off = ((light.scene.reflectance[f.node_surface[nodes]] * off) ** 2).sum(axis=1).reshape(-1, LINKED)
         return np.sqrt(off.mean(axis=1) * light.scene.areas[surfaces])
 

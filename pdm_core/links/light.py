@@ -105,10 +105,14 @@ class SolvedLight:
         tolerance = self._tolerance(t.field.points[new], t.field.node_surface[new])
         yield from t.extend(new, self._detail(), tolerance)
 
-    def links(self, points, normals, surface, finer=1.0):
-        """Transport.links at points, as fine as this light needs them or by a factor `finer`, 1 or less, more so."""
-        tolerance = finer * self._tolerance(points, surface)
-        return self.transport.links(points, normals, surface, self._detail(), tolerance)
+    def rows_at(self, points, normals, surface, finer=1.0):
+        """Rows at points, their links as fine as this light needs them or by a factor `finer`, 1 or less, more so;
+        yields now and then."""
+        tolerance, blocks = finer * self._tolerance(points, surface), []
+        for block in self.transport.links(points, normals, surface, self._detail(), tolerance):
+            blocks += [block] if block else []
+            yield
+        return Rows(blocks, len(points))
 
     def _detail(self):
         """How the sources vary, for the choice of links."""
@@ -202,5 +206,5 @@ class SolvedLight:
     def in_space(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) anywhere -> irradiance / pi (n, 3)"""
         free = np.full(len(points), -1)
-        rows = Rows([block for block in self.links(points, normals, free) if block], len(points))
+        rows = finish(self.rows_at(points, normals, free))
         return rows.times(self.radiosity()) + self.transport.direct(points, normals, free) @ self.colours
