@@ -57,7 +57,7 @@ class Light:
         that nothing hides, nan where the light does not reach so far aside; None where there is no such."""
 
     def pattern(self, directions):
-        """Unit directions (..., 3) in which light leaves it -> (...) relative radiance: 1 where it shines evenly."""
+        """Unit directions (..., 3) in which light leaves it -> (...) radiance, of one that shines evenly."""
         return np.ones(np.shape(directions)[:-1])
 
     def power_along(self, directions):
