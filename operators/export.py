@@ -8,6 +8,7 @@ import numpy as np
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Operator
 
+from .baking.colour_attribute import values_in
 from .live import own_changes
 from .modal_steps import AfterBake
 from .reading.preview_nodes import new_material
@@ -173,14 +174,13 @@ def _clipped(objects, attribute, kind):
     try:
         for mesh in {obj.data for obj in objects} if kind != "OBJ" else ():
             layer = mesh.color_attributes[attribute]
-            values = np.empty(4 * len(layer.data), np.float32)
-            layer.data.foreach_get("color", values)
+            values = values_in(layer)
             before.append((layer, values))
-            layer.data.foreach_set("color", np.clip(values, 0.0, 1.0))
-        yield sum(int((values.reshape(-1, 4)[:, :3] > 1).any(axis=1).sum()) for _, values in before)
+            layer.data.foreach_set("color", np.clip(values, 0.0, 1.0).ravel())
+        yield sum(int((values[:, :3] > 1).any(axis=1).sum()) for _, values in before)
     finally:
         for layer, values in before:
-            layer.data.foreach_set("color", values)
+            layer.data.foreach_set("color", values.ravel())
 
 
 @contextmanager

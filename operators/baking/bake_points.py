@@ -84,6 +84,11 @@ def joined(points):
     return tuple(np.concatenate(part) for part in zip(*(p.places() for p in points)))
 
 
+def each_of(values, points):
+    """Values (n, ...) at several BakePoints in turn -> [(k, ...)] of each."""
+    return np.split(values, np.cumsum([len(p.points) for p in points])[:-1])
+
+
 def _numbered(keys, normals):
     """One number for each key and normal (c, 3) float32 that occur together, in the order of the keys."""
     order = np.lexsort([*normals.T, keys])

@@ -3,7 +3,7 @@
 import bpy
 
 from ..reading.render_visible import evaluated
-from .colour_attribute import BakeError
+from .colour_attribute import BakeError, object_of
 
 
 class OwnMeshes:
@@ -20,9 +20,7 @@ class OwnMeshes:
             raise
 
     def _give(self, context, target):
-        obj = bpy.data.objects.get((target.name, None))
-        if obj is None:
-            raise BakeError(f"Object {target.name!r} was removed or renamed during the bake; bake again")
+        obj = object_of(target.name)
         old = obj.data
         if target.is_applied:
             with evaluated(context, [obj]) as depsgraph:
