@@ -12,6 +12,7 @@ from .baking.colour_attribute import values_in
 from .live import own_changes
 from .modal_steps import AfterBake
 from .reading.preview_nodes import new_material
+from .reading.render_visible import mesh_shown
 from .told import told
 from .words import many, say
 
@@ -133,10 +134,7 @@ def _as_shown(context, objects):
     FBX in the rest pose."""
     graph, before = context.evaluated_depsgraph_get(), []
     moved = [obj for obj in objects if any(modifier.show_viewport for modifier in obj.modifiers)]
-    meshes = [
-        bpy.data.meshes.new_from_object(obj.evaluated_get(graph), preserve_all_data_layers=True, depsgraph=graph)
-        for obj in moved
-    ]
+    meshes = [mesh_shown(obj, graph) for obj in moved]
     try:
         for obj, mesh in zip(moved, meshes, strict=True):
             shown = [modifier for modifier in obj.modifiers if modifier.show_viewport]

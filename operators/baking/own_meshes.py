@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..reading.render_visible import evaluated
+from ..reading.render_visible import evaluated, mesh_shown
 from .colour_attribute import BakeError, object_of
 
 
@@ -24,9 +24,7 @@ class OwnMeshes:
         old = obj.data
         if target.is_applied:
             with evaluated(context, [obj]) as depsgraph:
-                own = bpy.data.meshes.new_from_object(
-                    obj.evaluated_get(depsgraph), preserve_all_data_layers=True, depsgraph=depsgraph
-                )
+                own = mesh_shown(obj, depsgraph)
         elif old.users - old.use_fake_user > 1:
             own = old.copy()
         else:
