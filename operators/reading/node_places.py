@@ -6,9 +6,9 @@ from .node_values import at_places, constant, derive, part
 from .node_walk import Recipe, Unknown
 
 # light that falls on diffuse surfaces is asked for by diffuse rays
-_OF_DIFFUSE_RAYS = {
+OF_DIFFUSE_RAYS = {
     "Is Camera Ray": 0.0, "Is Shadow Ray": 0.0, "Is Diffuse Ray": 1.0, "Is Glossy Ray": 0.0, "Is Singular Ray": 0.0,
-    "Is Transmission Ray": 0.0, "Is Reflection Ray": 1.0,
+    "Is Reflection Ray": 1.0, "Is Transmission Ray": 0.0, "Is Volume Scatter Ray": 0.0,
 }  # fmt: skip
 _STEPS = 256  # of the cosine, for means over directions
 
@@ -100,7 +100,7 @@ def _geometry(output, walk):
 
 def _light_path(output, walk):
     name = output.socket.identifier
-    return _given(constant(_OF_DIFFUSE_RAYS[name])) if name in _OF_DIFFUSE_RAYS else Unknown()
+    return _given(constant(OF_DIFFUSE_RAYS[name])) if name in OF_DIFFUSE_RAYS else Unknown()
 
 
 def fresnel(cosine, ior):
