@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .mesh_arrays import in_world
 from .node_values import at_places, constant, derive, part
 from .node_walk import Recipe, Unknown
 
@@ -28,7 +29,7 @@ def of_object(other):
     if other is None:
         return read_off("local")
     inverse = np.linalg.pinv(np.array(other.matrix_world, float))
-    return derive(lambda points: points @ inverse[:3, :3].T + inverse[:3, 3], read_off("world"))
+    return derive(lambda points: in_world(inverse, points), read_off("world"))
 
 
 def _given(value):

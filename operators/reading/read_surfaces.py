@@ -9,6 +9,7 @@ from ...pdm_core.coincident import one_and_the_same
 from ...pdm_core.shapes.shape import unit
 from ...pdm_core.tolerances import TOUCHING
 from .materials import BACK, FRONT, Appearance
+from .mesh_arrays import in_world
 from .mesh_outlines import PolygonShape
 from .mesh_planes import PlaneShape
 from .mesh_shapes import MeshShape
@@ -67,14 +68,13 @@ def _plane(matrix, step, shape):
 
 
 def _polygon(matrix, step, shape):
-    outline, *holes = ((loop @ matrix[:3, :3].T + matrix[:3, 3])[::step] for loop in (shape.outline, *shape.holes))
+    outline, *holes = (in_world(matrix, loop)[::step] for loop in (shape.outline, *shape.holes))
     return Polygon(outline, holes)
 
 
 def _mesh(matrix, step, shape):
-    linear, origin = matrix[:3, :3], matrix[:3, 3]
-    normals = unit(shape.normals[:, ::step].reshape(-1, 3) @ turning_normals(linear).T)
-    return Mesh(shape.vertices @ linear.T + origin, shape.triangles[:, ::step], normals)
+    normals = unit(shape.normals[:, ::step].reshape(-1, 3) @ turning_normals(matrix[:3, :3]).T)
+    return Mesh(in_world(matrix, shape.vertices), shape.triangles[:, ::step], normals)
 
 
 def turning_normals(linear):
