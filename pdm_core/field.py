@@ -13,7 +13,7 @@ from .at_once import in_turn
 from .biquadratic import CHILDREN, EDGE_AXES, FIRST_ROLE, STEPS, basis2
 from .charts import CHARTS
 from .contacts import contacts_of
-from .field_charts import Charts
+from .field_charts import FieldCharts
 
 DEEPEST = 10  # halvings of a chart along each axis
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
@@ -25,7 +25,7 @@ class Field:
 
     def __init__(self, scene):
         self.scene, self.contacts = scene, contacts_of(scene)
-        self.on = Charts(scene, self.contacts, GRID)
+        self.on = FieldCharts(scene, self.contacts, GRID)
         self.charts = charts = self.on.count
         self.root = np.concatenate([[0], np.cumsum(charts)[:-1]])  # first root cell of each surface
         surface = np.repeat(np.arange(len(scene)), charts)
@@ -79,7 +79,7 @@ class Field:
     @property
     def part(self):
         """(n cells,): the chart of a plane or the sphere that each lies on, by the number of its first root cell."""
-        return self.root[self.surface] + self.on.each("parts", self.surface, self.face)
+        return self.root[self.surface] + self.on.part(self.surface, self.face)
 
     def chart_of(self, cells):
         """(n, 2): numbers along both edges of the charts that cells of planes lie on; 0 of spheres."""
@@ -202,7 +202,7 @@ class Field:
         out, on = np.full(len(points), -1), np.flatnonzero(surface >= 0)
         own = surface[on]
         face = self.chart(own, self.on.local(own, points[on]))[0] - self.root[own]
-        out[on] = self.root[own] + self.on.each("parts", own, face)
+        out[on] = self.root[own] + self.on.part(own, face)
         return out
 
     def locate(self, surface, local):
