@@ -183,8 +183,8 @@ class FieldCharts:
         return _merged(out, places) if isinstance(out[0], np.ndarray) else [_merged(p, places) for p in zip(*out)]
 
     def part(self, surface, face):
-        """(n,) The part of its surface that each chart is on, by the number of its first one: a sphere is one part, each
-        chart of a plane is."""
+        """(n,) The part of its surface that each chart is on, by the number of its first one: a sphere is one part,
+        each chart of a plane is."""
         return np.where(self.kind[surface] == 0, face, 0)
 
     def local(self, surface, points):

@@ -89,7 +89,8 @@ class Facets:
     def only(self, flat, ball):
         """Some of them alone: which facets (k,), which balls (j,)."""
         out = copy.copy(self)
-        [vars(out).pop(name, None) for name in ("boxes", "spheres", "near_flats")]
+        for name in ("boxes", "spheres", "near_flats"):
+            vars(out).pop(name, None)
         both = np.concatenate([flat, self.count + ball])
         for which, names in (
             (flat, ("origin", "u", "v", "triangle", "chart", "normal")),
