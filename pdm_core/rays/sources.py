@@ -5,7 +5,7 @@ import copy
 import numpy as np
 
 from ..scene import Light
-from .bundles import TOUCHING
+from .bundles import AGAINST
 from .lamp_parts import parted
 
 OF_PARTS = 1024  # points that tell a part's mean of emission that varies
@@ -79,7 +79,7 @@ class Emitter(Source):
 
     def against(self, points, normals):
         """(n,) Whether points lie against a flat shape, or within the ball that shines outwards."""
-        return self.whole.against(points, normals, self.surface.sign, TOUCHING * self.tolerance)
+        return self.whole.against(points, normals, self.surface.sign, AGAINST * self.tolerance)
 
     def distances(self, points):
         """(n,) m of points (n, 3) m from it."""
