@@ -91,7 +91,7 @@ class Refinement:
     def improve(self, target, last):
         """Whatever helps most towards the target, the last or not; False where nothing does; yields."""
         if self.check.fresh:
-            before, self.unclosed = self.unclosed, self.check.unclosed
+            before, self.unclosed = self.unclosed, self.check.of_light(self.check.amplified.unclosed)
             # what rows make from nothing, where shapes run through each other, finer cells and links do not mend
             if SAFETY * self.unclosed > target and self.unclosed > LESS * before:
                 return False
@@ -111,7 +111,7 @@ class Refinement:
             return self.solver_share > TIGHTEST
         if not (check.fresh and check.largest("stiff")):
             return False
-        direct = check.amplified_light > check.amplified / 2
+        direct = np.linalg.norm(check.amplified.direct) > np.linalg.norm(check.one_way) / 2
         f, value = (t.sent, light.lit) if direct else (t.field, light.indirect)
         bend = bends(f, light.scene.reflectance[f.node_surface] * value)
         part = np.zeros(f.level.shape)
