@@ -85,7 +85,7 @@ class Surface:
         label = f"Surface {self.name!r}" if self.name else "A surface without a name"
         if not isinstance(self.shape, Shape):
             raise SceneError(f"{label}: its shape is {self.shape!r}; give a Plane, Sphere, Polygon or Mesh")
-        if problem := self.shape.problem():
+        if problem := self.shape.problem:
             raise SceneError(f"{label}: {problem}")
         if not isinstance(self.side, str) or self.side not in ("front", "back"):
             raise SceneError(f"{label}: side is {self.side!r}; use 'front' or 'back'")

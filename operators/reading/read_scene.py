@@ -207,7 +207,7 @@ def _pieces(found, looks, baked, reading):
             reading.refused.append((mesh.name, f"{own[0].absent} and takes no part in this light"))
             continue
         pieces = pieces_of(mesh.name, mesh.shape_matrix, mesh.shapes, own, mesh.shape_materials)
-        problems = [problem for piece in pieces if (problem := piece.shape.problem())]
+        problems = [problem for piece in pieces if (problem := piece.shape.problem)]
         if problems:
             reading.refused.append((mesh.name, problems[0]))
         else:

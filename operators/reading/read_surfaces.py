@@ -51,7 +51,7 @@ def pieces_of(name, matrix, shapes, looks, materials):
     pieces, doubled = [], np.bincount(shapes.corner_shape[shapes.corner_back], minlength=len(shapes.shapes)) > 0
     for k, (look, body) in enumerate(zip(looks, shapes.bodies.tolist(), strict=True)):
         shape = _in_the_world(matrix, step, shapes.shapes[k])
-        if isinstance(shape, Polygon) and shape.problem():
+        if isinstance(shape, Polygon) and shape.problem:
             shape = _in_the_world(matrix, step, shapes.as_mesh(k))
         label = name if len(looks) == 1 else f"{name} {CALLED[type(shape)]} {k + 1}"
         outward = getattr(shapes.shapes[k], "is_outward", True)

@@ -183,5 +183,5 @@ class Mesh(Shape):
         return spread_over(self.corners[self.places.tree.order], count)  # neighbours follow each other
 
     @cached_property
-    def _problem(self):
-        return self.faces.problem()
+    def problem(self):
+        return self.faces.problem

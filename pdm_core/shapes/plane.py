@@ -138,7 +138,7 @@ class Plane(Flat):
         return self.area / max(hypot(*self.u.tolist()), hypot(*self.v.tolist()))
 
     @cached_property
-    def _problem(self):
+    def problem(self):
         if not all(map(isfinite, (*self.origin.tolist(), *self.u.tolist(), *self.v.tolist()))):
             return "its coordinates are not finite; apply a valid transform"
         longest = max(hypot(*self.u.tolist()), hypot(*self.v.tolist()))
@@ -154,7 +154,7 @@ class Facet(Plane):
     """
 
     half, is_rectangle = True, False
-    _problem = None  # what is wrong with the whole has been said, and a part may be narrow
+    problem = None  # what is wrong with the whole has been said, and a part may be narrow
 
     @classmethod
     def of(cls, corners, thickness):

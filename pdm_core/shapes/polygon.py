@@ -176,7 +176,7 @@ class Polygon(Flat):
         return np.concatenate([points, spread_over(self.triangles, rest)]) if rest else points
 
     @property
-    def _problem(self):
+    def problem(self):
         return self._loops.problem
 
     def parametric(self, st):

@@ -95,7 +95,7 @@ class Shape:
 
     area, m^2; box: low, high (3,) m; bounds: centre (3,) m and radius of a sphere around it; thickness, m; marks, (12,)
     m: the same of the same shape; facets, what rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart
-    (k, 2, 3), see rays.facets; facet_count of them; _problem, see problem
+    (k, 2, 3), see rays.facets; facet_count of them; problem: what is wrong with it, a sentence, or None
     project(points) -> the nearest points on it; normals(points): unit (n, 3), of the front
     spread(count) -> points (count, 3) m spread evenly over the area
     inset(points, least) -> the nearest points on it that keep at least so many m, and INSET, from its border
@@ -175,10 +175,6 @@ class Shape:
         chart (k, places, 2)."""
         size = high - low
         return size.prod(axis=1), low[:, None] + size[:, None] * square_lattice(places)
-
-    def problem(self):
-        """What is wrong with the shape, as a sentence, or None."""
-        return self._problem
 
     @property
     def pieces(self):

@@ -179,7 +179,7 @@ class Sphere(Shape):
         return unit(self.local(points) @ self.inverse)
 
     @property
-    def _problem(self):
+    def problem(self):
         if not np.isfinite(self.matrix).all():
             return "its matrix is not finite; apply a valid transform"
         if not self.semi_axes[2] > FLATTEST * self.semi_axes[0]:
