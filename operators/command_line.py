@@ -22,7 +22,7 @@ from .edit_mode import object_mode
 from .reporting.convergence import ConvergenceSettings, convergence_steps
 from .reporting.convergence_page import text_rows
 from .reporting.render_image import render_image
-from .settings import SETTING_NAMES, BakeProperties
+from .settings import SETTING_NAMES, BakeProperties, settings_of
 from .subdivide import BUDGET, WAYS, subdivide_steps, tell_short
 from .told_to_end import told_to_end
 from .whole_file import whole_file
@@ -87,7 +87,7 @@ def _words(options):
 
 def _bake(options):
     context = bpy.context
-    settings = BakeSettings(**{name: getattr(options, name) for name in SETTING_NAMES})
+    settings = BakeSettings(**settings_of(options))
     with object_mode(context):
         report = finish(bake_steps(context, settings, last=last if options.subdivide else None), _Progress())
         for _ in range(SUBDIVISIONS if options.subdivide else 0):
