@@ -257,6 +257,11 @@ class Scene:
             return np.broadcast_to(self.background, (len(directions), 3))
         return _sky(self.sky, directions)
 
+    @property
+    def plurals(self):
+        """[str] The kinds of shapes that links do not know as they are."""
+        return sorted({shape.plural for shape in self.shapes} - {None})
+
     def of_shapes(self, shapes):
         """(n surfaces,) Whether each is a side of one of the shapes; all are where these are None."""
         return np.array([shapes is None or surface.shape in shapes for surface in self.surfaces])
