@@ -170,6 +170,7 @@ class FieldCharts:
         self.kinds = self.rectangles, Cubes(scene, grid, self.depth)
         self.kind = np.array([s.is_ball for s in shapes], int)  # (n surfaces,) which of the kinds
         self.count = np.choose(self.kind, [kind.count for kind in self.kinds])
+        self.span = CHARTS * (grid + 1)  # places of all lattices along each axis
 
     def each(self, what, surface, *given):
         """What the charts of each one's kind tell of surfaces (n,), and given (n, ...): arrays (n, ...)."""
@@ -181,6 +182,18 @@ class FieldCharts:
         for charts, some in zip(self.kinds, places):
             out.append(getattr(charts, what)(surface.take(some), *(a.take(some, axis=0) for a in given)))
         return _merged(out, places) if isinstance(out[0], np.ndarray) else [_merged(p, places) for p in zip(*out)]
+
+    def keys(self, surface, face, steps):
+        """surface, face (n,), steps (n, 2) on the face -> (n,) keys; a point on two faces has one key."""
+        x, y, z = self.each("lattice", surface, face, steps).T
+        return ((surface * self.span + x) * self.span + y) * self.span + z
+
+    def of_keys(self, keys):
+        """keys (n,) -> surface (n,), place (n, 3) on its lattice."""
+        rest, z = np.divmod(keys, self.span)
+        rest, y = np.divmod(rest, self.span)
+        surface, x = np.divmod(rest, self.span)
+        return surface, np.stack([x, y, z], axis=1)
 
     def part(self, surface, face):
         """(n,) The part of its surface that each chart is on, by the number of its first one: a sphere is one part,
