@@ -83,7 +83,7 @@ class Emitter(Source):
 
     def distances(self, points):
         """(n,) m of points (n, 3) m from it."""
-        return np.linalg.norm(points - self.shape.project(points), axis=1)
+        return self.shape.gap(points)
 
     def spacing(self, count):
         """m between neighbours of so many points of it."""
