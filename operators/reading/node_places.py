@@ -69,7 +69,7 @@ def _mesh_attribute(output, walk):
     if node.attribute_type == "GEOMETRY":
         return _attribute(node.attribute_name, output, walk)
     if node.attribute_type in ("OBJECT", "INSTANCER") and node.attribute_name == "color":
-        return _of_the_object("color", output)
+        return _colour_of_the_object(output)
     return Unknown(f" of {node.attribute_type.lower()} attribute {node.attribute_name!r}, which is not read")
 
 
@@ -77,15 +77,15 @@ def _colour_attribute(output, walk):
     return _attribute(output.node.layer_name, output, walk)
 
 
-def _of_the_object(what, output):
-    values = read_off("object", what)
+def _colour_of_the_object(output):
+    values = read_off("object", "color")
     return _given(part(values, 3) if output.socket.identifier == "Alpha" else derive(lambda rgba: rgba[:, :3], values))
 
 
 def _object_info(output, walk):
     name = output.socket.identifier
     if name in ("Color", "Alpha"):
-        return _of_the_object("color", output)
+        return _colour_of_the_object(output)
     return Unknown(f", whose {name} is not read")
 
 
