@@ -9,7 +9,7 @@ from .baking.bake import BakeSettings, bake_steps, look_at_scene
 from .baking.report import one_line
 from .edit_mode import object_mode
 from .modal_steps import CANCEL, KEEP, Idle, Steps, current
-from .settings import SETTING_NAMES, BakeProperties
+from .settings import BakeProperties, settings_of
 from .show_colours import is_shown, put_back, show
 from .told import told
 from .words import many, say
@@ -31,7 +31,7 @@ class PDM_OT_bake(BakeProperties, Steps, Operator):
         return self.target_error
 
     def make_steps(self, context):
-        settings = BakeSettings(**{name: getattr(self, name) for name in SETTING_NAMES})
+        settings = BakeSettings(**settings_of(self))
         is_redo = self.options.is_repeat  # the Redo panel has put the scene back to what it was
         if not (is_redo or last.is_given):
             last.drop()

@@ -22,7 +22,7 @@ from .edit_mode import object_mode
 from .reporting.convergence import ConvergenceSettings, convergence_steps
 from .reporting.convergence_page import text_rows
 from .reporting.render_image import render_image
-from .settings import SETTING_NAMES, BakeProperties
+from .settings import SETTING_NAMES, BakeProperties, settings_of
 from .subdivide import BUDGET, WAYS, subdivide_steps, tell_short
 from .told_to_end import told_to_end
 from .whole_file import whole_file
@@ -87,7 +87,7 @@ def _words(options):
 
 def _bake(options):
     context = bpy.context
-    settings = BakeSettings(**{name: getattr(options, name) for name in SETTING_NAMES})
+    settings = BakeSettings(**settings_of(options))
     with object_mode(context):
         report = finish(bake_steps(context, settings, last=last if options.subdivide else None), _Progress())
         for _ in range(SUBDIVISIONS if options.subdivide else 0):
@@ -251,7 +251,7 @@ def _add_outputs(bake):
     bake.add_argument("--report", metavar="FILE.json", help="write the report here")
     bake.add_argument("--image", type=_ending(".png"), metavar="FILE.png", help="render the baked scene (Cycles, CPU)")
     bake.add_argument(
-        "--subdivide", type=_whole_number(1), nargs="?", const=BUDGET, metavar="MOST",
+        "--subdivide", type=_count, nargs="?", const=BUDGET, metavar="MOST",
         help=f"subdivide meshes that are too coarse for the target, up to MOST vertices in all, default {BUDGET}",
     )  # fmt: skip
     bake.add_argument(
@@ -267,7 +267,7 @@ def _add_files(bake):
     )  # fmt: skip
     bake.add_argument("--folder", metavar="FOLDER", help="with --files: NAME.blend, NAME.json and summary.json go here")
     bake.add_argument(
-        "--processes", type=_whole_number(1), default=os.cpu_count() or 1, metavar="N",
+        "--processes", type=_count, default=os.cpu_count() or 1, metavar="N",
         help="with --files: how many at a time, default one a core",
     )  # fmt: skip
 
@@ -285,7 +285,7 @@ def _add_convergence(commands):
     converge.set_defaults(work=_converge)
 
 
-def _number(low, high=float("inf")):
+def _number(low, high):
     def number(text):
         value = float(text)
         if not (low <= value <= high and math.isfinite(value)):
@@ -295,13 +295,10 @@ def _number(low, high=float("inf")):
     return number
 
 
-def _whole_number(low):
-    def number(text):
-        if not text.isdecimal() or int(text) < low:
-            raise argparse.ArgumentTypeError(f"{text} is no whole number from {low} on")
-        return int(text)
-
-    return number
+def _count(text):
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text} is no whole number from 1 on")
+    return int(text)
 
 
 def _ending(suffix):

@@ -8,9 +8,11 @@ import numpy as np
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Operator
 
+from .baking.colour_attribute import values_in
 from .live import own_changes
 from .modal_steps import AfterBake
 from .reading.preview_nodes import new_material
+from .reading.render_visible import mesh_shown
 from .told import told
 from .words import many, say
 
@@ -132,10 +134,7 @@ def _as_shown(context, objects):
     FBX in the rest pose."""
     graph, before = context.evaluated_depsgraph_get(), []
     moved = [obj for obj in objects if any(modifier.show_viewport for modifier in obj.modifiers)]
-    meshes = [
-        bpy.data.meshes.new_from_object(obj.evaluated_get(graph), preserve_all_data_layers=True, depsgraph=graph)
-        for obj in moved
-    ]
+    meshes = [mesh_shown(obj, graph) for obj in moved]
     try:
         for obj, mesh in zip(moved, meshes, strict=True):
             shown = [modifier for modifier in obj.modifiers if modifier.show_viewport]
@@ -173,14 +172,13 @@ def _clipped(objects, attribute, kind):
     try:
         for mesh in {obj.data for obj in objects} if kind != "OBJ" else ():
             layer = mesh.color_attributes[attribute]
-            values = np.empty(4 * len(layer.data), np.float32)
-            layer.data.foreach_get("color", values)
+            values = values_in(layer)
             before.append((layer, values))
-            layer.data.foreach_set("color", np.clip(values, 0.0, 1.0))
-        yield sum(int((values.reshape(-1, 4)[:, :3] > 1).any(axis=1).sum()) for _, values in before)
+            layer.data.foreach_set("color", np.clip(values, 0.0, 1.0).ravel())
+        yield sum(int((values[:, :3] > 1).any(axis=1).sum()) for _, values in before)
     finally:
         for layer, values in before:
-            layer.data.foreach_set("color", values)
+            layer.data.foreach_set("color", values.ravel())
 
 
 @contextmanager

@@ -11,6 +11,7 @@ import numpy as np
 from ..pdm_core.kept import Kept, under_light
 from ..pdm_core.rays.solution import same_light
 from ..pdm_core.signs_of_life import finish
+from .baking.bake_points import each_of
 from .baking.colour_attribute import BakeError, Colours
 from .baking.error_map import names_written
 from .baking.layer import blended
@@ -176,8 +177,8 @@ def _same_lights(old, new):
 
 def _write(held, values):
     """values (n, 3) of all objects in turn."""
-    ends = np.cumsum([len(p.points) for _, p in held.objects])[:-1]
-    for (name, points), value in zip(held.objects, np.split(values, ends), strict=True):
+    each = each_of(values, [points for _, points in held.objects])
+    for (name, points), value in zip(held.objects, each, strict=True):
         obj = bpy.data.objects.get((name, None))
         attribute = obj and obj.data.color_attributes.get(held.settings.attribute)
         if not attribute or len(attribute.data) != points.size:

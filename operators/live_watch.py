@@ -10,7 +10,7 @@ from ..pdm_core import SceneError
 from .baking.colour_attribute import BakeError
 from .live import UNSEEN, live, relight, shown_by
 from .modal_steps import Idle, current, redraw_sidebars
-from .settings import SETTING_NAMES
+from .settings import settings_of
 from .words import say
 
 BEGIN = "Bake to begin"
@@ -100,7 +100,7 @@ class PDM_OT_live(Idle, Operator):
         settings = context.scene.pdm_radiosity
         settings.live = not settings.live
         if settings.live and (live.held is None or live.held.scene != context.scene.name):
-            bpy.ops.pdm.bake(way, **{name: getattr(settings, name) for name in SETTING_NAMES})
+            bpy.ops.pdm.bake(way, **settings_of(settings))
         return {"FINISHED"}
 
 

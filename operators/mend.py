@@ -7,6 +7,7 @@ from bpy.types import Operator
 
 from .listed import LABELS, instanced, select_alone
 from .modal_steps import Idle
+from .reading.render_visible import mesh_shown
 from .subdivide_meshes import copy_mesh
 from .words import say
 
@@ -45,9 +46,7 @@ def _apply(context, obj):
     """What the viewport shows becomes the mesh."""
     if obj.data.users > 1:
         _single_user(context, obj)
-    evaluated = obj.evaluated_get(context.evaluated_depsgraph_get())
-    graph = context.evaluated_depsgraph_get()
-    made = bpy.data.meshes.new_from_object(evaluated, preserve_all_data_layers=True, depsgraph=graph)
+    made = mesh_shown(obj, context.evaluated_depsgraph_get())
     old, name = obj.data, obj.data.name
     obj.modifiers.clear()
     obj.data = made

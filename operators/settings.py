@@ -160,6 +160,11 @@ PRESETS = {"DRAFT": 0.05, "GOOD": 0.01, "FINE": 0.0025}  # target errors
 CUSTOM = len(PRESETS)
 
 
+def settings_of(holder):
+    """{name: value} of whatever holds the settings."""
+    return {name: getattr(holder, name) for name in SETTING_NAMES}
+
+
 def _preset(self):
     """The number of the preset that the target error is, unless another was asked for."""
     numbers = [k for k, error in enumerate(PRESETS.values()) if abs(self.target_error - error) < 1e-6 * error]

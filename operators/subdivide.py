@@ -17,7 +17,7 @@ from .baking.finer_mesh import finer_size, refine
 from .baking.round_places import round_places
 from .modal_steps import KEEP, Steps, current
 from .reading.mesh_arrays import arrays_of
-from .settings import SETTING_NAMES
+from .settings import settings_of
 from .subdivide_meshes import all_or_none, stuck
 from .told import told
 from .uniform import MOST_TIMES, parts_steps
@@ -153,5 +153,5 @@ class PDM_OT_subdivide(Steps, Operator):
         if self.in_window and self.rebake:
             settings = context.scene.pdm_radiosity
             with last.given():
-                bpy.ops.pdm.bake("INVOKE_DEFAULT", **{name: getattr(settings, name) for name in SETTING_NAMES})
+                bpy.ops.pdm.bake("INVOKE_DEFAULT", **settings_of(settings))
         return {"FINISHED"}

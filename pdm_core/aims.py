@@ -69,7 +69,6 @@ def _first_met(facets, at, rays):
 def _any_within(facets, apex, axis, half):
     """Whether a corner or the middle of any facet, or any part of a ball, is within a cone."""
     o, u, v = facets.origin, facets.u, facets.v
-    middle = o + (u + v) / np.where(facets.triangle, 3, 2)[:, None]
-    offset = np.concatenate([o, o + u, o + v, middle, facets.ball_centre]) - apex
+    offset = np.concatenate([o, o + u, o + v, facets.middles(), facets.ball_centre]) - apex
     reach = np.append(np.zeros(4 * facets.count), np.linalg.norm(facets.ball_linear, axis=(1, 2)))
     return bool(in_cone(offset, reach, axis, half - BESIDE).any())

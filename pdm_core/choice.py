@@ -25,8 +25,7 @@ class Choice:
 
 def choose(scene, target):
     """The Choice for a Scene and a target error."""
-    needs = sorted({shape.plural for shape in scene.shapes} - {None})
-    needs += ["lights"] * bool(scene.lights) + ["a background that varies"] * (scene.sky is not None)
+    needs = scene.plurals + ["lights"] * bool(scene.lights) + ["a background that varies"] * (scene.sky is not None)
     needs += ["surfaces that vary"] * any(surface.varies for surface in scene.surfaces)
     needs += [f"more than {MOST} surfaces"] * (len(scene) > MOST)
     if needs:

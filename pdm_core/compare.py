@@ -7,7 +7,6 @@ import numpy as np
 from .read_off import spread_points
 
 POINTS = 2000  # over all surfaces
-SEED = 11
 
 
 @dataclass(frozen=True)
@@ -34,4 +33,4 @@ def points_over(scene, count=POINTS):
     """Random points spread evenly over the area: surface (k,), points (k, 3) m."""
     edges = np.cumsum(scene.areas) / scene.areas.sum()
     surface = np.minimum(np.searchsorted(edges, (np.arange(count) + 0.5) / count), len(scene) - 1)
-    return surface, spread_points(scene, surface, np.random.default_rng(SEED))
+    return surface, spread_points(scene, surface, np.random.default_rng(11))

@@ -11,13 +11,11 @@ import numpy as np
 
 from .at_once import in_turn
 from .biquadratic import CHILDREN, EDGE_AXES, FIRST_ROLE, STEPS, basis2
-from .charts import CHARTS
 from .contacts import contacts_of
-from .field_charts import Charts
+from .field_charts import FieldCharts
 
 DEEPEST = 10  # halvings of a chart along each axis
 GRID = 2 ** (DEEPEST + 1)  # integer lattice steps across a chart
-SPAN = CHARTS * (GRID + 1)
 
 
 class Field:
@@ -25,7 +23,7 @@ class Field:
 
     def __init__(self, scene):
         self.scene, self.contacts = scene, contacts_of(scene)
-        self.on = Charts(scene, self.contacts, GRID)
+        self.on = FieldCharts(scene, self.contacts, GRID)
         self.charts = charts = self.on.count
         self.root = np.concatenate([[0], np.cumsum(charts)[:-1]])  # first root cell of each surface
         surface = np.repeat(np.arange(len(scene)), charts)
@@ -46,16 +44,11 @@ class Field:
 
     # -- nodes ---------------------------------------------------------------------------------------------------
 
-    def _key(self, surface, face, steps):
-        """surface, face (n,), steps (n, 2) on the face -> (n,) keys; a point on two faces has one key."""
-        place = self.on.each("lattice", surface, face, steps)
-        return ((surface * SPAN + place[:, 0]) * SPAN + place[:, 1]) * SPAN + place[:, 2]
-
-    def _unpack(self, keys):
-        rest, z = np.divmod(keys, SPAN)
-        rest, y = np.divmod(rest, SPAN)
-        surface, x = np.divmod(rest, SPAN)
-        return surface, np.stack([x, y, z], axis=1)
+    def _keys(self, cells, steps):
+        """Keys (n, ...) of lattice steps (n, ..., 2) on the charts of cells (n,)."""
+        each = int(np.prod(steps.shape[1:-1]))
+        surface, face = (np.repeat(which[cells], each) for which in (self.surface, self.face))
+        return self.on.keys(surface, face, steps.reshape(-1, 2)).reshape(steps.shape[:-1])
 
     def find(self, keys):
         """keys (...) -> node indices (...), -1 where there is no such node."""
@@ -67,19 +60,19 @@ class Field:
         new = np.unique(keys)
         if len(self.keys):
             new = new[self.find(new) < 0]
-        surface, steps = self._unpack(new)
+        surface, steps = self.on.of_keys(new)
         local = self.on.each("local", surface, steps)
         points = self.contacts.clear(self.on.points(surface, local), surface)
         self.points = np.concatenate([self.points, points])
         self.normals = np.concatenate([self.normals, self.on.normals(surface, local)])
         self.keys = np.concatenate([self.keys, new])
         self._order = np.argsort(self.keys)
-        self.node_surface = self._unpack(self.keys)[0]
+        self.node_surface = np.concatenate([self.node_surface, surface])
 
     @property
     def part(self):
         """(n cells,): the chart of a plane or the sphere that each lies on, by the number of its first root cell."""
-        return self.root[self.surface] + self.on.each("parts", self.surface, self.face)
+        return self.root[self.surface] + self.on.part(self.surface, self.face)
 
     def chart_of(self, cells):
         """(n, 2): numbers along both edges of the charts that cells of planes lie on; 0 of spheres."""
@@ -95,10 +88,9 @@ class Field:
     def _nodes_of(self, cells):
         half = (GRID >> self.level[cells]) // 2
         steps = self.corner[cells][:, None] + STEPS * half[:, None]
-        count = len(cells)
-        keys = self._key(np.repeat(self.surface[cells], 9), np.repeat(self.face[cells], 9), steps.reshape(-1, 2))
+        keys = self._keys(cells, steps)
         self._add_nodes(keys)
-        return self.find(keys).reshape(count, 9)
+        return self.find(keys)
 
     # -- cells ---------------------------------------------------------------------------------------------------
 
@@ -163,10 +155,7 @@ class Field:
         along = np.stack([np.array([(0, k), (parts, k), (k, 0), (k, parts)]) for k in odd], axis=1)
         width = GRID >> self.level[cells]
         steps = self.corner[cells][:, None, None] + along * width[:, None, None] // parts
-        shape = steps.shape[:3]
-        each = shape[1] * shape[2]
-        keys = self._key(np.repeat(self.surface[cells], each), np.repeat(self.face[cells], each), steps.reshape(-1, 2))
-        return np.where((width[:, EDGE_AXES] >= parts)[:, :, None], self.find(keys).reshape(shape), -1)
+        return np.where((width[:, EDGE_AXES] >= parts)[:, :, None], self.find(self._keys(cells, steps)), -1)
 
     def _unbalanced(self):
         leaves = self.leaves
@@ -202,7 +191,7 @@ class Field:
         out, on = np.full(len(points), -1), np.flatnonzero(surface >= 0)
         own = surface[on]
         face = self.chart(own, self.on.local(own, points[on]))[0] - self.root[own]
-        out[on] = self.root[own] + self.on.each("parts", own, face)
+        out[on] = self.root[own] + self.on.part(own, face)
         return out
 
     def locate(self, surface, local):

@@ -74,10 +74,6 @@ class Rectangles:
         """(n, 2): charts' numbers along both edges"""
         return np.stack(np.divmod(face, self.across[surface, 1]), axis=1)
 
-    def parts(self, surface, face):
-        """(n,) Which part of its surface each chart is on, by the number of its first chart: each is one."""
-        return face
-
     def areas(self, surface, face, low, high):
         """Corners (n, 2) in chart coordinates -> areas (n,) m^2 between"""
         chart = self.number(surface, face)
@@ -138,10 +134,6 @@ class Cubes:
     def number(self, surface, face):
         return np.zeros((len(face), 2), int)
 
-    def parts(self, surface, face):
-        """(n,) A sphere is one part."""
-        return 0 * face
-
     def areas(self, surface, face, low, high):
         a, b = np.tan((2 * low - 1) * np.pi / 4), np.tan((2 * high - 1) * np.pi / 4)
         angle = _solid(b[:, 0], b[:, 1]) - _solid(a[:, 0], b[:, 1])
@@ -163,7 +155,7 @@ class Cubes:
         return axis + 3 * (top > 0), np.clip(at, 0.0, 1.0)
 
 
-class Charts:
+class FieldCharts:
     """The charts of all surfaces (n,) of a scene, of both kinds, and where these lie in space: points and normals."""
 
     def __init__(self, scene, contacts, grid):
@@ -178,6 +170,7 @@ class Charts:
         self.kinds = self.rectangles, Cubes(scene, grid, self.depth)
         self.kind = np.array([s.is_ball for s in shapes], int)  # (n surfaces,) which of the kinds
         self.count = np.choose(self.kind, [kind.count for kind in self.kinds])
+        self.span = CHARTS * (grid + 1)  # places of all lattices along each axis
 
     def each(self, what, surface, *given):
         """What the charts of each one's kind tell of surfaces (n,), and given (n, ...): arrays (n, ...)."""
@@ -189,6 +182,23 @@ class Charts:
         for charts, some in zip(self.kinds, places):
             out.append(getattr(charts, what)(surface.take(some), *(a.take(some, axis=0) for a in given)))
         return _merged(out, places) if isinstance(out[0], np.ndarray) else [_merged(p, places) for p in zip(*out)]
+
+    def keys(self, surface, face, steps):
+        """surface, face (n,), steps (n, 2) on the face -> (n,) keys; a point on two faces has one key."""
+        x, y, z = self.each("lattice", surface, face, steps).T
+        return ((surface * self.span + x) * self.span + y) * self.span + z
+
+    def of_keys(self, keys):
+        """keys (n,) -> surface (n,), place (n, 3) on its lattice."""
+        rest, z = np.divmod(keys, self.span)
+        rest, y = np.divmod(rest, self.span)
+        surface, x = np.divmod(rest, self.span)
+        return surface, np.stack([x, y, z], axis=1)
+
+    def part(self, surface, face):
+        """(n,) The part of its surface that each chart is on, by the number of its first one: a sphere is one part,
+        each chart of a plane is."""
+        return np.where(self.kind[surface] == 0, face, 0)
 
     def local(self, surface, points):
         """points (n, 3) m on surfaces (n,) -> their local coordinates (n, 3)"""

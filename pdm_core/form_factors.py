@@ -67,7 +67,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     rtol = number(rtol, "form_factors: rtol", "a number between 0 and 1", 0, 1)
     wanted = _wanted(rows, len(scene))
     start = time.perf_counter()
-    if any(shape.plural for shape in scene.shapes):
+    if scene.plurals:
         return _of_pieces(scene, rtol, wanted, start)
     scene = settle(scene)[0]
     shafts, counts = Shafts(scene), Counter()

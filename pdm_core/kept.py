@@ -15,7 +15,7 @@ from .tolerances import FAINT
 MOST = 1.5e9  # bytes kept
 GROUPS = 1500  # of nodes, at most: their matrix stays in the cache
 TRIED = 1.2  # factor of the size of groups, until there are no more
-SOLVED = 0.01  # squared: relative residual of the linear system
+SOLVED = 1e-4  # relative residual of the linear system
 LEAST_SHARE = 0.1  # of what groups tell: the light itself, and the most the other way round
 
 
@@ -25,7 +25,6 @@ class Kept:
 
     def __init__(self, scene, surface, points):
         self.scene, self.surface, self.points = scene, surface, points
-        self.order = np.argsort(surface, kind="stable")
         self.reflectance, self.emission = materials_at(scene, surface, points)
 
     def radiance(self, scene):
@@ -101,7 +100,6 @@ class KeptGroups(Kept):
         self.rows = np.zeros((len(points), self.count), np.float32)
         self.group_rows = np.zeros((self.count, self.count), np.float32)
         self.indirect = np.zeros((self.count, 3))
-        self.tolerance = SOLVED * SOLVED
 
     def take_nodes(self, factor, reflectance):
         """factor (nodes, k, 1 or 3), reflectance (nodes, 3): their means over the groups."""
@@ -152,7 +150,7 @@ class KeptGroups(Kept):
 
         right = times(rho * outer + shining)
         guess = np.where(right.any(axis=0), self.indirect, 0.0)
-        self.indirect = finish(gmres(lambda v: times(rho * v), right, guess, self.tolerance))[0]
+        self.indirect = finish(gmres(lambda v: times(rho * v), right, guess, SOLVED))[0]
         sent = rho * (outer + self.indirect) + shining
         return self.rows @ sent.astype(np.float32)
 

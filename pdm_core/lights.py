@@ -50,7 +50,6 @@ class PointLight(Light):
         return self.position, np.array([0.0, 0, 1]), np.pi, self.radius
 
     def unoccluded(self, points, normals):
-        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for 1 W, horizon-clipped"""
         offset = self.position - points
         distance = np.linalg.norm(offset, axis=1)
         if self.radius == 0:
@@ -69,7 +68,6 @@ class PointLight(Light):
         return np.ones(len(points), bool) if self.faces else within
 
     def samples(self, count):
-        """positions (k, 3) m, normals (k, 3) or None, weights (k,)"""
         if self.radius == 0 or count == 1:
             return self.position[None].copy(), None, np.ones(1)
         normals = lattice(2 * count)  # half of them look away from any point
@@ -117,7 +115,6 @@ class SpotLight(PointLight):
         return np.linalg.inv(axes / values[0])
 
     def pattern(self, directions):
-        """Unit directions (..., 3) in which light leaves -> (...) its radiance relative to that of a point light"""
         cosine = -unit(directions @ self.to_cone.T)[..., 2]
         edge = np.cos(self.angle / 2)
         x = np.clip((cosine - edge) / max((1 - edge) * self.blend, 1e-9), 0.0, 1.0)
@@ -137,7 +134,6 @@ class SpotLight(PointLight):
         return self.position, *(self.beam[1:] if self.beam else (self.direction, np.pi / 2)), self.radius
 
     def unoccluded(self, points, normals):
-        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for 1 W, horizon-clipped"""
         points, normals = np.asarray(points, float), np.asarray(normals, float)
         whole = super().unoccluded(points, normals)
         offset = self.position - points
@@ -175,7 +171,6 @@ class SunLight(Light):
         self.shadows = bool(shadows)
 
     def unoccluded(self, points, normals):
-        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for 1 W/m^2, horizon-clipped"""
         normals = np.asarray(normals, float)
         if self.angle == 0:
             return np.maximum(normals @ -self.direction, 0.0) / np.pi
@@ -267,7 +262,6 @@ class AreaLight(Light):
         return self.pattern(directions) * (directions @ self.normal)
 
     def pattern(self, directions):
-        """Unit directions (..., 3) in which light leaves -> (...) its radiance relative to that of an even light"""
         cosine = directions @ self.normal
         if self._is_even:
             return np.ones(cosine.shape)
@@ -293,7 +287,6 @@ class AreaLight(Light):
         return out / (np.pi * self.area)
 
     def samples(self, count):
-        """positions (k, 3) m, normals (k, 3), weights (k,)"""
         s, t = square_lattice(count).T
         if self.ellipse:
             radius = np.sqrt(s)

@@ -107,7 +107,7 @@ def _single(value):
 def gmres(apply, right, guess, tolerance):
     """Solve x - apply(x) = right for (n, c) at once, each column for itself (Saad and Schultz 1986).
 
-    A generator with a sign of life a step; returns x, the steps taken and the greatest relative residual reached.
+    A generator with a sign of life a step; returns x and the steps taken.
     """
     residual = right - guess + apply(guess) if guess.any() else right
     yield
@@ -127,7 +127,7 @@ def gmres(apply, right, guess, tolerance):
         weights, left = _least_squares(columns, beta)
         yield
     x = guess + sum((w * b for w, b in zip(weights, basis)), np.zeros_like(guess))
-    return x, len(columns), float((left / size).max())
+    return x, len(columns)
 
 
 def _least_squares(columns, beta):

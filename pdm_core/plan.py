@@ -104,7 +104,7 @@ def plan_by_rays(scene, target, why):
 def lit(scene):
     """(n surfaces,) Whether light may come to each, as in Plan.reached, without the rest of the plan; of many shapes,
     or of others than planes and spheres, nothing is known beforehand."""
-    if len(scene) > MOST or any(shape.plural for shape in scene.shapes):
+    if len(scene) > MOST or scene.plurals:
         return np.ones(len(scene), bool)
     scene = settle(scene)[0]
     return reached_by_light(scene, Shafts(scene))

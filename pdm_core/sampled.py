@@ -157,10 +157,10 @@ def _share_seen(table, x, n, source, corners, occluders):
     kernel = np.maximum(dot(n[:, None], d), 0.0) * divide(area, dot(d, d) ** 2)
     whole = kernel.sum(axis=0)
     for index in occluders.T:
-        valid = (index >= 0) & (index != source)
-        if valid.any():
-            blocked = segment_blocked(table, np.broadcast_to(x[:, None], d.shape), d, _real(index))
-            kernel[blocked & valid] = 0.0
+        some = np.flatnonzero((index >= 0) & (index != source))
+        if len(some):
+            blocked = segment_blocked(table, x[:, None, some], d[..., some], index[some])
+            kernel[:, some] = np.where(blocked, 0.0, kernel[:, some])
     return divide(kernel.sum(axis=0), whole)
 
 
@@ -182,8 +182,3 @@ def _cap_samples(table, x, source, s, angle):
     d = transform(table.linear[:, :, source], ball.c[:, None] + normal)
     area = transform(np.moveaxis(table.inverse[:, :, source], 0, 1), normal)  # but for a factor of each ball
     return d, np.maximum(-dot(area, d), 0.0)
-
-
-def _real(index):
-    """Padding replaced by some real entry of the same kind, so that it computes without special cases."""
-    return np.where(index >= 0, index, index.max())

@@ -57,7 +57,7 @@ class Light:
         that nothing hides, nan where the light does not reach so far aside; None where there is no such."""
 
     def pattern(self, directions):
-        """Unit directions (..., 3) in which light leaves it -> (...) relative radiance: 1 where it shines evenly."""
+        """Unit directions (..., 3) in which light leaves it -> (...) radiance, of one that shines evenly."""
         return np.ones(np.shape(directions)[:-1])
 
     def power_along(self, directions):
@@ -85,7 +85,7 @@ class Surface:
         label = f"Surface {self.name!r}" if self.name else "A surface without a name"
         if not isinstance(self.shape, Shape):
             raise SceneError(f"{label}: its shape is {self.shape!r}; give a Plane, Sphere, Polygon or Mesh")
-        if problem := self.shape.problem():
+        if problem := self.shape.problem:
             raise SceneError(f"{label}: {problem}")
         if not isinstance(self.side, str) or self.side not in ("front", "back"):
             raise SceneError(f"{label}: side is {self.side!r}; use 'front' or 'back'")
@@ -256,6 +256,11 @@ class Scene:
         if self.sky is None:
             return np.broadcast_to(self.background, (len(directions), 3))
         return _sky(self.sky, directions)
+
+    @property
+    def plurals(self):
+        """[str] The kinds of shapes that links do not know as they are."""
+        return sorted({shape.plural for shape in self.shapes} - {None})
 
     def of_shapes(self, shapes):
         """(n surfaces,) Whether each is a side of one of the shapes; all are where these are None."""

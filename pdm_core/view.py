@@ -115,8 +115,7 @@ def visible_factors(table, points, normals, source, corners=None, occluders=None
     seen from outside. sky: all directions, up to the inner side of sphere `source`, or without end where it is -1.
     occluders (m, k): candidate shape indices padded with -1; may contain the source and shapes that hide nothing.
     counts: a Counter that is told how many pairs were free, exact or sampled; met: Met of the table, kept from call to
-    call. Error about 1e-14, or that of
-    the sampled fallback (1e-3, at most 4e-3) where shapes cross each other.
+    call. Error about 1e-14, or that of the sampled fallback (1e-3, at most 4e-3) where shapes cross each other.
     """
     counts, met = Counter() if counts is None else counts, Met(table) if met is None else met
     out = np.empty(len(points))

@@ -2,6 +2,8 @@
 
 import bpy.utils.previews
 
+SCALE = 8.0  # of a picture, in icons'
+
 _kept, _keys = [], {}
 
 
@@ -15,7 +17,7 @@ def unregister():
     _keys.clear()
 
 
-def picture(layout, name, key, draw, scale=8.0):
+def picture(layout, name, key, draw):
     """Shows draw(), (rows, columns, 4) floats, as the picture `name`; drawn anew where key, a text, is another."""
     collection = _kept[0]
     if name not in collection:
@@ -27,4 +29,4 @@ def picture(layout, name, key, draw, scale=8.0):
         for target in ("image_pixels_float", "icon_pixels_float"):
             setattr(entry, target, pixels.ravel())
         _keys[name] = key
-    layout.template_icon(icon_value=entry.icon_id, scale=scale)
+    layout.template_icon(icon_value=entry.icon_id, scale=SCALE)

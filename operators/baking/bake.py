@@ -14,9 +14,9 @@ from ...pdm_core.signs_of_life import finish, in_thread, mapped
 from ..live import hold
 from ..reading.read_scene import Reading, read_steps, some
 from ..reading.render_visible import render_visible
-from .bake_points import bake_points, corners_of, joined
+from .bake_points import bake_points, corners_of, each_of, joined
 from .between_vertices import between_steps, looks_between
-from .colour_attribute import BakeError, Colours, check_name, check_target, write_colours
+from .colour_attribute import BakeError, check_name, check_target, colours_of, write_colours
 from .error_map import error_name, heat_map_steps, names_written
 from .field_at import Field
 from .foreseen import check_colours, foreseen
@@ -192,10 +192,8 @@ def _write(context, settings, read, found, seconds):
     """Writes all colours, keeps and returns the report; nothing is changed where anything fails."""
     with ExitStack() as undo:  # of what was written
         with _timed(seconds, "write"):
-            items = [
-                Colours(target.name, p.domain, p.colours(v * 2.0**settings.exposure))
-                for target, p, v in zip(read.targets, read.points, found.values, strict=True)
-            ]
+            values = [value * 2.0**settings.exposure for value in found.values]
+            items = colours_of(read.targets, read.points, values)
             own_meshes = OwnMeshes(context, read.targets)
             undo.callback(own_meshes.undo)
             items = [blended(settings, item) for item in items]
@@ -344,4 +342,4 @@ def _evaluate(field, points, looks, kept):
     if kept is None:
         return values[: len(points)], here
     light = kept.radiance(scene) if field.quantity == "RADIANCE" else kept.incident(scene)
-    return np.split(light, np.cumsum([len(p.points) for p in points])[:-1]), here
+    return each_of(light, points), here

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..reading.mesh_arrays import in_world
+
 
 @dataclass
 class BakePoints:
@@ -84,6 +86,11 @@ def joined(points):
     return tuple(np.concatenate(part) for part in zip(*(p.places() for p in points)))
 
 
+def each_of(values, points):
+    """Values (n, ...) at several BakePoints in turn -> [(k, ...)] of each."""
+    return np.split(values, np.cumsum([len(p.points) for p in points])[:-1])
+
+
 def _numbered(keys, normals):
     """One number for each key and normal (c, 3) float32 that occur together, in the order of the keys."""
     order = np.lexsort([*normals.T, keys])
@@ -96,11 +103,6 @@ def _numbered(keys, normals):
 def world_vertices(target):
     """(n, 3) m: the vertices of `target` (a ReadObject) in the world."""
     return in_world(np.array(target.matrix, np.float64), target.base.vertices.astype(np.float64))
-
-
-def in_world(matrix, points):
-    """Local points (n, 3) m under a matrix (4, 4)."""
-    return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def areas_of(corner):

@@ -6,8 +6,9 @@ import numpy as np
 
 from ...pdm_core.shapes.shape import unit
 from ...pdm_core.signs_of_life import mapped
+from ..reading.mesh_arrays import in_world
 from ..reading.mesh_topology import FLOAT32
-from .bake_points import areas_of, in_world, random_places
+from .bake_points import areas_of, random_places
 from .bisect import Bisected
 
 SAMPLES, LEAST_SAMPLES = 2000, 64  # random places looked at once, in all and on each mesh, by area

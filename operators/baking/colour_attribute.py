@@ -27,6 +27,18 @@ class Colours:
     colours: np.ndarray
 
 
+def colours_of(targets, points, values):
+    """[Colours] of ReadObjects, of values [(k, 3)] at the BakePoints of each."""
+    return [Colours(t.name, p.domain, p.colours(v)) for t, p, v in zip(targets, points, values, strict=True)]
+
+
+def values_in(layer):
+    """(n, 4) float32 of a colour attribute."""
+    values = np.empty(4 * len(layer.data), np.float32)
+    layer.data.foreach_get("color", values)
+    return values.reshape(-1, 4)
+
+
 @dataclass
 class _Saved:
     """A mesh's attribute of the baked name as it was, with the choice of active and render colour."""
@@ -107,11 +119,17 @@ def _is_colour(attribute):
     return attribute.data_type in {"FLOAT_COLOR", "BYTE_COLOR"} and attribute.domain in {"POINT", "CORNER"}
 
 
-def _find(item, name):
+def object_of(name):
     """The object by name: the reference held before the solve may have died, as after an undo."""
-    obj = bpy.data.objects.get((item.object_name, None))
+    obj = bpy.data.objects.get((name, None))
     if obj is None:
-        raise BakeError(f"Object {item.object_name!r} was removed or renamed during the bake; bake again")
+        raise BakeError(f"Object {name!r} was removed or renamed during the bake; bake again")
+    return obj
+
+
+def _find(item, name):
+    """The object that receives Colours as attribute `name`."""
+    obj = object_of(item.object_name)
     check_target(obj, name)
     mesh = obj.data
     if len(item.colours) != len(mesh.vertices if item.domain == "POINT" else mesh.loops):
@@ -124,10 +142,8 @@ def _save(mesh, name):
     old = colours.get(name)
     choice = (colours.active_color_name, colours.default_color_name)
     if old is None:
-        return _Saved(False, "", "", np.empty(0), *choice)
-    values = np.empty(4 * len(old.data), np.float32)
-    old.data.foreach_get("color", values)
-    return _Saved(True, old.domain, old.data_type, values, *choice)
+        return _Saved(False, "", "", np.empty((0, 4)), *choice)
+    return _Saved(True, old.domain, old.data_type, values_in(old), *choice)
 
 
 def _write(mesh, name, data_type, domain, values):
@@ -155,7 +171,7 @@ def _choose(mesh, active, render):
 def _restore(mesh, name, saved):
     written = mesh.color_attributes.get(name)
     if saved.existed:
-        if len(saved.values) == 4 * len(mesh.vertices if saved.domain == "POINT" else mesh.loops):  # not edited since
+        if len(saved.values) == len(mesh.vertices if saved.domain == "POINT" else mesh.loops):  # not edited since
             _write(mesh, name, saved.data_type, saved.domain, saved.values)
     elif written is not None:
         mesh.color_attributes.remove(written)

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..reading.picture import linear_of_srgb
 from ..reporting.ramp import ramp
-from .bake_points import joined
-from .colour_attribute import Colours
+from .bake_points import each_of, joined
+from .colour_attribute import colours_of
 from .passes import SUFFIX as SUFFIXES
 from .passes import names_of
 
@@ -35,13 +35,10 @@ def heat_map_steps(solution, targets, points):
     """Generator of the fraction done; returns the ErrorMap of a Solution at the BakePoints of each target."""
     size = solution.norm / max(np.sqrt(solution.scene.areas.sum()), 1e-300)
     error = yield from solution.estimated_error_steps(*joined(points)[:2])
-    errors = np.split(error / max(size, 1e-300), np.cumsum([len(p.points) for p in points])[:-1])
-    top = max(float(error.max(initial=0.0)) for error in errors)
-    items = [
-        Colours(target.name, p.domain, p.colours(ramp_colours(error / max(top, 1e-300))))
-        for target, p, error in zip(targets, points, errors, strict=True)
-    ]
-    return ErrorMap(items, top)
+    error = error / max(size, 1e-300)
+    top = float(error.max(initial=0.0))
+    colours = ramp_colours(error / max(top, 1e-300))
+    return ErrorMap(colours_of(targets, points, each_of(colours, points)), top)
 
 
 def ramp_colours(share):

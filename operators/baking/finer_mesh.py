@@ -20,15 +20,14 @@ RING = "pdm ring"  # vertex layer: the ring of a sphere's vertex, counted from t
 def refine(mesh, times):
     """Replaces each face of `mesh` by times x times."""
     arrays = arrays_of(mesh)
-    arrays = arrays.vertices, arrays.corners, arrays.counts
-    spheres = spheres_of(*arrays)
+    spheres = spheres_of(arrays)
     with normals_kept(mesh):
         work = bmesh.new()
         try:
             work.from_mesh(mesh)
-            _refine_flat(work, np.setdiff1d(arrays[1], [v for vertices, _ in spheres for v in vertices]), times)
+            _refine_flat(work, np.setdiff1d(arrays.corners, [v for vertices, _ in spheres for v in vertices]), times)
             for vertices, grid in spheres:
-                _refine_sphere(work, arrays[0][vertices].astype(float), vertices, grid, times)
+                _refine_sphere(work, arrays.vertices[vertices].astype(float), vertices, grid, times)
             if carried := work.verts.layers.float.get(RING):
                 work.verts.layers.float.remove(carried)
             work.to_mesh(mesh)

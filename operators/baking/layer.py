@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from ..reading.read_scene import some
-from .colour_attribute import BakeError, Colours
+from .colour_attribute import BakeError, Colours, values_in
 
 WAYS = {"MULTIPLY": np.multiply, "ADD": np.add}
 DONE = {"MULTIPLY": "multiplied into", "ADD": "added to"}
@@ -37,9 +37,7 @@ def blended(settings, item):
     layer = mesh.color_attributes.get(settings.layer)
     if layer is None:
         return item
-    base = np.empty(4 * len(layer.data), np.float32)
-    layer.data.foreach_get("color", base)
-    base = _on_domain(mesh, base.reshape(-1, 4), layer.domain, item.domain)
+    base = _on_domain(mesh, values_in(layer), layer.domain, item.domain)
     colours = base.copy()
     colours[:, :3] = WAYS[settings.blend](base[:, :3], item.colours[:, :3])
     return Colours(item.object_name, item.domain, colours)

@@ -2,8 +2,8 @@
 
 import bpy
 
-from ..reading.render_visible import evaluated
-from .colour_attribute import BakeError
+from ..reading.render_visible import evaluated, mesh_shown
+from .colour_attribute import BakeError, object_of
 
 
 class OwnMeshes:
@@ -20,15 +20,11 @@ class OwnMeshes:
             raise
 
     def _give(self, context, target):
-        obj = bpy.data.objects.get((target.name, None))
-        if obj is None:
-            raise BakeError(f"Object {target.name!r} was removed or renamed during the bake; bake again")
+        obj = object_of(target.name)
         old = obj.data
         if target.is_applied:
             with evaluated(context, [obj]) as depsgraph:
-                own = bpy.data.meshes.new_from_object(
-                    obj.evaluated_get(depsgraph), preserve_all_data_layers=True, depsgraph=depsgraph
-                )
+                own = mesh_shown(obj, depsgraph)
         elif old.users - old.use_fake_user > 1:
             own = old.copy()
         else:

@@ -4,8 +4,8 @@ import numpy as np
 
 from ...pdm_core.openness import openness_steps
 from ...pdm_core.read_off import materials_at
-from .bake_points import joined
-from .colour_attribute import Colours
+from .bake_points import each_of, joined
+from .colour_attribute import colours_of
 
 SUFFIX = {"DIRECT": " Direct", "INDIRECT": " Indirect", "SKY": " Sky", "AO": " AO"}  # of the attribute's name
 OF_LIGHT = ("DIRECT", "INDIRECT")
@@ -37,15 +37,10 @@ def pass_steps(settings, scene, kept, targets, points):
     distances = {"SKY": np.inf, "AO": settings.ao_distance}
     if any(name in distances for name in settings.passes):
         surface, place, normals, inward = joined(points)
-        steps = openness_steps(scene, surface, place, list(distances.values()), normals, inward)
-        share = yield from steps
+        share = yield from openness_steps(scene, surface, place, list(distances.values()), normals, inward)
         values |= {name: np.repeat(column[:, None], 3, axis=1) for name, column in zip(distances, share.T, strict=True)}
-    ends = np.cumsum([len(p.points) for p in points])[:-1]
     return {
-        settings.attribute + SUFFIX[name]: [
-            Colours(target.name, p.domain, p.colours(value))
-            for target, p, value in zip(targets, points, np.split(values[name], ends), strict=True)
-        ]
+        settings.attribute + SUFFIX[name]: colours_of(targets, points, each_of(values[name], points))
         for name in settings.passes
         if name in values
     }

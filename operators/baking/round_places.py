@@ -57,12 +57,12 @@ class RoundPlaces:
 def round_places(arrays):
     """[RoundPlaces] of the UV spheres in the Arrays of a mesh."""
     vertices = arrays.vertices.astype(float)
-    found = spheres_of(arrays.vertices, arrays.corners, arrays.counts)
-    return [RoundPlaces.make(vertices, own, grid) for own, grid in found]
+    return [RoundPlaces.make(vertices, own, grid) for own, grid in spheres_of(arrays)]
 
 
-def spheres_of(vertices, corners, counts):
-    """[(vertices (n,), their Grid)] of the UV spheres in a mesh; what is none is refined as flat faces."""
+def spheres_of(arrays):
+    """[(vertices (n,), their Grid)] of the UV spheres in Arrays; what is none is refined as flat faces."""
+    vertices, corners, counts = arrays.vertices, arrays.corners, arrays.counts
     try:
         shapes = find_shapes(vertices, corners, counts)
     except NotRecognised:

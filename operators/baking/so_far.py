@@ -4,7 +4,8 @@ before the file is saved, they are put back."""
 import numpy as np
 
 from ...pdm_core.signs_of_life import mapped, unfolded
-from .colour_attribute import Colours, write_colours
+from .bake_points import each_of
+from .colour_attribute import colours_of, write_colours
 from .field_at import Field
 from .layer import blended
 
@@ -51,14 +52,11 @@ class SoFar:
         self.due = LATER * now.seconds
         places = [np.concatenate(part) for part in zip(*((p.surfaces, p.points) for _, p in self.targets))]
         values = yield from mapped(Field(self.best, self.settings.quantity).held(*places), lambda _: now)
-        self._write(np.split(values, np.cumsum([len(p.points) for _, p in self.targets])[:-1]))
+        self._write(values * 2.0**self.settings.exposure)
 
     def _write(self, values):
-        items = [
-            Colours(target.name, p.domain, p.colours(v * 2.0**self.settings.exposure))
-            for (target, p), v in zip(self.targets, values, strict=True)
-        ]
-        items = [blended(self.settings, item) for item in items]
+        targets, points = zip(*self.targets)
+        items = [blended(self.settings, item) for item in colours_of(targets, points, each_of(values, points))]
         undo = write_colours(items, self.settings.attribute, self.settings.data_type)
         self.undo, _Shown.now = self.undo or undo, self
         self.show()

@@ -20,7 +20,7 @@ class Arrays:
 
     def flattened(self, matrix):
         """The same under a matrix that leaves no volume; how it was shaded is lost."""
-        return replace(self, vertices=(self.vertices @ matrix[:3, :3].T + matrix[:3, 3]), normals=None)
+        return replace(self, vertices=in_world(matrix, self.vertices), normals=None)
 
 
 def arrays_of(mesh):
@@ -43,3 +43,8 @@ def arrays_of(mesh):
         triangles = np.empty(3 * len(mesh.loop_triangles), np.int32)
         mesh.loop_triangles.foreach_get("loops", triangles)
     return Arrays(vertices.reshape(-1, 3), corners, counts, triangles.reshape(-1, 3), normals.reshape(-1, 3))
+
+
+def in_world(matrix, points):
+    """Local points (n, 3) m under a matrix (4, 4)."""
+    return points @ matrix[:3, :3].T + matrix[:3, 3]

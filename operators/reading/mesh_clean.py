@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .mesh_flat import SLACK
-from .mesh_topology import MeshArrays, cross, length, spans
+from .mesh_topology import MeshArrays, cross, length, next_in_loops, spans
 
 CROSSED = 1 + 1e-4  # of its area: a face whose triangles have more crosses itself
 MOST_CUT = 1000  # faces to be cut into flat triangles; where more are bent, they are a curved surface
@@ -165,9 +165,7 @@ def _cut_up(mesh, triangles, cut):
 def _without_repeats(vertex, counts):
     """kept (c,): whether each face corner is at another place than the next; left (k,) how many each face keeps."""
     starts = np.cumsum(counts) - counts
-    after = np.arange(1, len(vertex) + 1)
-    after[starts + counts - 1] = starts
-    kept = vertex != vertex[after]
+    kept = vertex != vertex[next_in_loops(starts, len(vertex))]
     return kept, np.add.reduceat(kept, starts)
 
 

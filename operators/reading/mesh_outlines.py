@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .mesh_flat import dot
-from .mesh_topology import cross
+from .mesh_topology import cross, next_in_loops
 
 STRAIGHT = 1e-3  # rad; an outline that turns less at a vertex, and is off by no more than the rounding, goes on there
 
@@ -39,7 +39,7 @@ def polygons_of(groups, wanted):
     begin = np.flatnonzero(np.append(True, loop[1:] != loop[:-1]))
     at = groups.faces.vertices[vertex]
     first = at[np.repeat(begin, np.diff(np.append(begin, len(loop))))]
-    area = cross(at - first, at[_next(begin, len(loop))] - first) / 2
+    area = cross(at - first, at[next_in_loops(begin, len(loop))] - first) / 2
     normal = groups.normal[group[begin]]
     area = dot(np.add.reduceat(area, begin), normal) / np.maximum(groups.area[group[begin]], np.finfo(float).tiny)
     loops, sizes = _straightened(at, begin, groups.rounding[group[begin]])
@@ -52,13 +52,6 @@ def polygons_of(groups, wanted):
             outline, holes = found.setdefault(k, ([], []))
             (outline if is_outline else holes).append(points)
     return {k: PolygonShape(outline[0], holes) for k, (outline, holes) in found.items()}
-
-
-def _next(begin, n):
-    """(n,) the following place in loops that begin at these places."""
-    after = np.arange(1, n + 1)
-    after[np.append(begin[1:], n) - 1] = begin
-    return after
 
 
 def _loops(after):
@@ -79,7 +72,7 @@ def _straightened(at, begin, rounding):
 
     Vertices of what is finer than the outline lie there. A loop where the rest would be off keeps them all.
     """
-    ahead = _next(begin, len(at))
+    ahead = next_in_loops(begin, len(at))
     behind = np.empty_like(ahead)
     behind[ahead] = np.arange(len(at))
     before, after = at - at[behind], at[ahead] - at

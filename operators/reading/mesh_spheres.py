@@ -193,8 +193,7 @@ def _is_outward(mesh, k, j, segments, rings):
     left = np.minimum.reduceat(right, starts)
     dk, dj = ring - top[polygon], np.where(pole, 0, right - left[polygon])
     cell = (top * segments + (some + left - 1) % segments)[polygon]
-    after = np.arange(1, len(polygon) + 1)
-    after[starts + mesh.counts - 1] = starts
+    after = mesh.next
     steps = np.abs(dk[after] - dk) + np.abs(dj[after] - dj)
     is_quad = (mesh.counts == 4)[polygon]
     # of a cell's four corners a quad takes each once, two triangles both ends of a diagonal twice: half are low,

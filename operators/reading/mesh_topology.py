@@ -44,9 +44,7 @@ class MeshArrays:
     @cached_property
     def next(self):
         """(c,) the next corner of the same polygon."""
-        after = np.arange(1, len(self.corners) + 1)
-        after[self.starts + self.counts - 1] = self.starts
-        return after
+        return next_in_loops(self.starts, len(self.corners))
 
     @cached_property
     def following(self):
@@ -211,6 +209,14 @@ def cross(a, b):
 def length(vectors):
     """(n, 3) -> (n,), twice as fast as numpy's norm"""
     return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+
+
+def next_in_loops(starts, n):
+    """(n,) the following place in loops that begin at these places (k,), all of n places in turn; of the last of each
+    loop the first."""
+    after = np.arange(1, n + 1)
+    after[np.append(starts, n)[1:] - 1] = starts
+    return after
 
 
 def spans(starts, counts):

@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from .mesh_arrays import in_world
 from .node_values import at_places, constant, derive, part
 from .node_walk import Recipe, Unknown
 
 # light that falls on diffuse surfaces is asked for by diffuse rays
-_OF_DIFFUSE_RAYS = {
+OF_DIFFUSE_RAYS = {
     "Is Camera Ray": 0.0, "Is Shadow Ray": 0.0, "Is Diffuse Ray": 1.0, "Is Glossy Ray": 0.0, "Is Singular Ray": 0.0,
-    "Is Transmission Ray": 0.0, "Is Reflection Ray": 1.0,
+    "Is Reflection Ray": 1.0, "Is Transmission Ray": 0.0, "Is Volume Scatter Ray": 0.0,
 }  # fmt: skip
 _STEPS = 256  # of the cosine, for means over directions
 
@@ -28,7 +29,7 @@ def of_object(other):
     if other is None:
         return read_off("local")
     inverse = np.linalg.pinv(np.array(other.matrix_world, float))
-    return derive(lambda points: points @ inverse[:3, :3].T + inverse[:3, 3], read_off("world"))
+    return derive(lambda points: in_world(inverse, points), read_off("world"))
 
 
 def _given(value):
@@ -68,7 +69,7 @@ def _mesh_attribute(output, walk):
     if node.attribute_type == "GEOMETRY":
         return _attribute(node.attribute_name, output, walk)
     if node.attribute_type in ("OBJECT", "INSTANCER") and node.attribute_name == "color":
-        return _of_the_object("color", output)
+        return _colour_of_the_object(output)
     return Unknown(f" of {node.attribute_type.lower()} attribute {node.attribute_name!r}, which is not read")
 
 
@@ -76,15 +77,15 @@ def _colour_attribute(output, walk):
     return _attribute(output.node.layer_name, output, walk)
 
 
-def _of_the_object(what, output):
-    values = read_off("object", what)
+def _colour_of_the_object(output):
+    values = read_off("object", "color")
     return _given(part(values, 3) if output.socket.identifier == "Alpha" else derive(lambda rgba: rgba[:, :3], values))
 
 
 def _object_info(output, walk):
     name = output.socket.identifier
     if name in ("Color", "Alpha"):
-        return _of_the_object("color", output)
+        return _colour_of_the_object(output)
     return Unknown(f", whose {name} is not read")
 
 
@@ -100,7 +101,7 @@ def _geometry(output, walk):
 
 def _light_path(output, walk):
     name = output.socket.identifier
-    return _given(constant(_OF_DIFFUSE_RAYS[name])) if name in _OF_DIFFUSE_RAYS else Unknown()
+    return _given(constant(OF_DIFFUSE_RAYS[name])) if name in OF_DIFFUSE_RAYS else Unknown()
 
 
 def fresnel(cosine, ior):

@@ -97,7 +97,7 @@ def _given(arrays, materials):
 def _sound(shapes):
     """The MeshShapes, outlines that cross themselves as meshes."""
     for k, shape in enumerate(getattr(shapes, "shapes", ())):
-        if isinstance(shape, PolygonShape) and Polygon(shape.outline, shape.holes).problem():
+        if isinstance(shape, PolygonShape) and Polygon(shape.outline, shape.holes).problem:
             shapes.shapes[k] = shapes.as_mesh(k)
     return shapes
 

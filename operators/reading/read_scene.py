@@ -17,7 +17,7 @@ from .hidden_sides import surfaces_of
 from .light_linking import link
 from .looks_on_meshes import looks_on, settle_pictures
 from .materials import BACK, FRONT, read_material
-from .mesh_arrays import Arrays
+from .mesh_arrays import Arrays, in_world
 from .mesh_shapes import MeshShape
 from .mesh_topology import NotRecognised
 from .read_lights import read_lights
@@ -207,7 +207,7 @@ def _pieces(found, looks, baked, reading):
             reading.refused.append((mesh.name, f"{own[0].absent} and takes no part in this light"))
             continue
         pieces = pieces_of(mesh.name, mesh.shape_matrix, mesh.shapes, own, mesh.shape_materials)
-        problems = [problem for piece in pieces if (problem := piece.shape.problem())]
+        problems = [problem for piece in pieces if (problem := piece.shape.problem)]
         if problems:
             reading.refused.append((mesh.name, problems[0]))
         else:
@@ -236,15 +236,15 @@ def _read_object(mesh, indices, is_wanted):
     )
     if mesh.baked:
         side = np.array([(sides[0], sides[-1]) for sides in indices]).ravel()
-        baked, linear = mesh.baked, mesh.raw.matrix[:3, :3]
+        baked = mesh.baked
         read.corner_surface = side.take(2 * baked.corner_shape + baked.corner_back)
         read.triangle_surface = side.take(2 * baked.triangle_shape + baked.triangle_back)
         if baked.normals is not None:
             is_mesh = np.array([isinstance(shape, MeshShape) for shape in mesh.shapes.shapes])
-            read.corner_normals = unit(baked.normals @ turning_normals(linear).T)
+            read.corner_normals = unit(baked.normals @ turning_normals(mesh.raw.matrix[:3, :3]).T)
             if not is_mesh.all():
                 read.corner_normals[~is_mesh[baked.corner_shape]] = 0.0  # what is exact has its own
-            read.middles = baked.middles @ linear.T + mesh.raw.matrix[:3, 3]
+            read.middles = in_world(mesh.raw.matrix, baked.middles)
     return read
 
 

@@ -9,6 +9,7 @@ from ...pdm_core.coincident import one_and_the_same
 from ...pdm_core.shapes.shape import unit
 from ...pdm_core.tolerances import TOUCHING
 from .materials import BACK, FRONT, Appearance
+from .mesh_arrays import in_world
 from .mesh_outlines import PolygonShape
 from .mesh_planes import PlaneShape
 from .mesh_shapes import MeshShape
@@ -50,7 +51,7 @@ def pieces_of(name, matrix, shapes, looks, materials):
     pieces, doubled = [], np.bincount(shapes.corner_shape[shapes.corner_back], minlength=len(shapes.shapes)) > 0
     for k, (look, body) in enumerate(zip(looks, shapes.bodies.tolist(), strict=True)):
         shape = _in_the_world(matrix, step, shapes.shapes[k])
-        if isinstance(shape, Polygon) and shape.problem():
+        if isinstance(shape, Polygon) and shape.problem:
             shape = _in_the_world(matrix, step, shapes.as_mesh(k))
         label = name if len(looks) == 1 else f"{name} {CALLED[type(shape)]} {k + 1}"
         outward = getattr(shapes.shapes[k], "is_outward", True)
@@ -67,14 +68,13 @@ def _plane(matrix, step, shape):
 
 
 def _polygon(matrix, step, shape):
-    outline, *holes = ((loop @ matrix[:3, :3].T + matrix[:3, 3])[::step] for loop in (shape.outline, *shape.holes))
+    outline, *holes = (in_world(matrix, loop)[::step] for loop in (shape.outline, *shape.holes))
     return Polygon(outline, holes)
 
 
 def _mesh(matrix, step, shape):
-    linear, origin = matrix[:3, :3], matrix[:3, 3]
-    normals = unit(shape.normals[:, ::step].reshape(-1, 3) @ turning_normals(linear).T)
-    return Mesh(shape.vertices @ linear.T + origin, shape.triangles[:, ::step], normals)
+    normals = unit(shape.normals[:, ::step].reshape(-1, 3) @ turning_normals(matrix[:3, :3]).T)
+    return Mesh(in_world(matrix, shape.vertices), shape.triangles[:, ::step], normals)
 
 
 def turning_normals(linear):

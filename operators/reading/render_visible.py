@@ -2,6 +2,8 @@
 
 from contextlib import contextmanager
 
+import bpy
+
 
 def render_visible(view_layer):
     """Objects of the view layer that a final render shows, in the view layer's order, whatever the viewport hides."""
@@ -54,6 +56,12 @@ def evaluated(context, objects):
             setattr(owner, attribute, True)
         for obj in closed_eyes:
             obj.hide_set(True, view_layer=view_layer)
+
+
+def mesh_shown(obj, depsgraph):
+    """A new Mesh of what an object is evaluated to, with all its layers."""
+    shown = obj.evaluated_get(depsgraph)
+    return bpy.data.meshes.new_from_object(shown, preserve_all_data_layers=True, depsgraph=depsgraph)
 
 
 def _hiding_collections(layer_collection, objects):

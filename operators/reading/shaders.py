@@ -73,16 +73,17 @@ def _principled(output, walk):
             if share.varies or share.constant.any():
                 base = base.noted(f"its {name} is above 0: what that mirrors or lets through is reflected diffusely")
         emitted, is_lamp = _emitted(colour, strength)
-        return Light(base, emitted, _unlike(alpha, "its Alpha is below 1: it is taken as opaque"), is_lamp)
+        return Light(base, emitted, _let_through(alpha), is_lamp)
 
     return Recipe([output.input(name) for name in names], made)
 
 
-def _unlike(alpha, note):
-    """What an alpha lets through, noted where that is anything."""
+def _let_through(alpha):
+    """By an alpha, noted where that is anything."""
     if not alpha.varies and (alpha.constant >= 1).all():
         return NONE
-    return derive(lambda a: 1 - np.clip(a, 0.0, 1.0), alpha).noted(note)
+    clear = derive(lambda a: 1 - np.clip(a, 0.0, 1.0), alpha)
+    return clear.noted("its Alpha is below 1: it is taken as opaque")
 
 
 def _emission(output, walk):

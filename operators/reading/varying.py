@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from ...pdm_core.shapes.shape import unit
-from .mesh_arrays import FLATTEST
+from .mesh_arrays import FLATTEST, in_world
 from .nearest_face import NearestFace
 from .node_values import evaluate
 
@@ -34,7 +34,7 @@ class Faces:
     @cached_property
     def world(self):
         """NearestFace of the triangles in the world, where points are near what they look near to."""
-        return NearestFace(self.places @ self.matrix[:3, :3].T + self.matrix[:3, 3])
+        return NearestFace(in_world(self.matrix, self.places))
 
     @cached_property
     def normals(self):

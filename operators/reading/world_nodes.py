@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from .node_places import OF_DIFFUSE_RAYS
+
 
 class NotPlain(Exception):
     """The nodes are more than constants and images; the message names the first of them that is."""
@@ -149,12 +151,6 @@ def _source(socket):
 def _title(node):
     return f"its {node.bl_label} node" if node.bl_label else f"its {node.bl_idname}"
 
-
-# what falls on diffuse surfaces is asked for by diffuse rays
-OF_DIFFUSE_RAYS = {
-    "Is Camera Ray": 0.0, "Is Shadow Ray": 0.0, "Is Diffuse Ray": 1.0, "Is Glossy Ray": 0.0, "Is Singular Ray": 0.0,
-    "Is Reflection Ray": 1.0, "Is Transmission Ray": 0.0, "Is Volume Scatter Ray": 0.0,
-}  # fmt: skip
 
 _MATH = {
     "ADD": np.add,

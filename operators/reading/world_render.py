@@ -1,18 +1,15 @@
 """A world rendered into a map of all directions by a second Blender in the background: our file is never touched."""
 
 import os
-import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ...pdm_core import SunLight
-from ...pdm_core.signs_of_life import TICK
 from .node_state import state_of
+from .second_blender import last_words, run_steps
 
 MOST_SECONDS = 120.0  # it takes 2 to 4
 _last = {}  # {state of a world: what was rendered of it}, one at most: it takes seconds
@@ -42,26 +39,9 @@ def _rendered(world):
     with tempfile.TemporaryDirectory() as folder:
         path, made = os.path.join(folder, "world.blend"), os.path.join(folder, "map.npz")
         bpy.data.libraries.write(path, {world}, path_remap="ABSOLUTE", fake_user=True)
-        with open(os.path.join(folder, "log.txt"), "w", encoding="utf-8") as log:
-            words = _command([folder, world.name])
-            process = subprocess.Popen(words, stdout=log, stderr=subprocess.STDOUT)
-        try:
-            end = time.perf_counter() + MOST_SECONDS
-            while process.poll() is None and time.perf_counter() < end:
-                time.sleep(TICK)
-                yield
-        finally:
-            if process.poll() is None:
-                process.kill()
-            process.wait()
+        log = os.path.join(folder, "log.txt")
+        yield from run_steps(SCRIPT, [folder, world.name], log, MOST_SECONDS)
         if not os.path.exists(made):
-            last = Path(folder, "log.txt").read_text(encoding="utf-8", errors="replace").strip().splitlines()
-            raise RenderError(last[-1] if last else "a second Blender did not start")
+            raise RenderError(last_words(log, "a second Blender did not start"))
         with np.load(made) as data:
             return data["radiance"].astype(float), data["irradiance"], data["towards"], float(data["angle"])
-
-
-def _command(words):
-    if bpy.app.binary_path:
-        return [bpy.app.binary_path, "-b", "--factory-startup", "--python", str(SCRIPT), "--", *words]
-    return [sys.executable, str(SCRIPT), "--", *words]

@@ -1,19 +1,17 @@
 """Cycles' vertex bake of a copy of the scene, in a second Blender in the background: our scene is never touched."""
 
 import os
-import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ...pdm_core.read_off import materials_at
-from ...pdm_core.signs_of_life import TICK
+from ...pdm_core.signs_of_life import mapped
 from ..baking.bake_points import bake_points, corners_of
 from ..baking.colour_attribute import BakeError
+from ..reading.second_blender import last_words, run_steps
 
 SAMPLES = (1, 4, 16, 64, 256, 1024)
 SCRIPT = Path(__file__).with_name("cycles_script.py")
@@ -29,40 +27,28 @@ def cycles_steps(context, reading, targets, seconds):
     with tempfile.TemporaryDirectory() as folder:
         copy = os.path.join(folder, "copy.blend")
         bpy.ops.wm.save_as_mainfile(filepath=copy, copy=True, compress=False)
-        names = [target.name for target in targets]
-        with open(os.path.join(folder, "log.txt"), "w", encoding="utf-8") as log:
-            process = subprocess.Popen(_command(copy, folder, names), stdout=log, stderr=subprocess.STDOUT)
-        try:
-            end = time.perf_counter() + seconds
-            while process.poll() is None and time.perf_counter() < end:
-                time.sleep(TICK)
-                done = [count for count in SAMPLES if os.path.exists(_path(folder, count))]
-                yield f"Cycles, {done[-1]} samples done" if done else "Cycles, starting"
-        finally:
-            if process.poll() is None:
-                process.kill()
-            process.wait()
-        runs = [_run(folder, count, reading, targets) for count in SAMPLES if os.path.exists(_path(folder, count))]
+        log, words = os.path.join(folder, "log.txt"), [folder, ",".join(map(str, SAMPLES)), *(t.name for t in targets)]
+        steps = run_steps(SCRIPT, words, log, seconds, [copy])
+        yield from mapped(steps, lambda _: _said(_done(folder)))
+        runs = [_run(path, count, reading, targets) for count, path in _done(folder).items()]
         if not runs:
-            last = Path(folder, "log.txt").read_text(encoding="utf-8", errors="replace").strip().splitlines()
-            raise BakeError(f"no bake was done within {seconds:.0f} s ({last[-1] if last else 'no message'})")
+            raise BakeError(f"no bake was done within {seconds:.0f} s ({last_words(log, 'no message')})")
         return runs
 
 
-def _command(copy, folder, names):
-    words = ["--", folder, ",".join(map(str, SAMPLES)), *names]
-    if bpy.app.binary_path:
-        return [bpy.app.binary_path, "-b", "--factory-startup", copy, "--python", str(SCRIPT), *words]
-    return [sys.executable, str(SCRIPT), *words]
+def _done(folder):
+    """{samples: file} of the bakes that are done."""
+    paths = {count: os.path.join(folder, f"{count}.npz") for count in SAMPLES}
+    return {count: path for count, path in paths.items() if os.path.exists(path)}
 
 
-def _path(folder, count):
-    return os.path.join(folder, f"{count}.npz")
+def _said(done):
+    return f"Cycles, {list(done)[-1]} samples done" if done else "Cycles, starting"
 
 
-def _run(folder, count, reading, targets):
+def _run(path, count, reading, targets):
     scene, sizes, values, noise, total = reading.scene, {}, {}, 0.0, 0.0
-    with np.load(_path(folder, count)) as data:
+    with np.load(path) as data:
         (wall, cpu), peak = data["seconds"].tolist(), data["peak"]
         for k, target in enumerate(targets):
             pairs = bake_points(*corners_of(target), "CORNER")

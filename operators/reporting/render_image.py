@@ -9,7 +9,7 @@ from mathutils import Matrix, Vector
 
 from ..baking.colour_attribute import BakeError
 from ..reading.preview_nodes import new_material
-from ..reading.render_visible import evaluated, render_visible
+from ..reading.render_visible import evaluated, mesh_shown, render_visible
 
 SAMPLES = 8  # they only smooth the outlines: the light is in the colours
 GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
@@ -49,12 +49,11 @@ def _copy_objects(context, copy, material):
     shown = []
     with evaluated(context, visible) as graph:
         for obj in visible:
-            source = obj.evaluated_get(graph)
-            mesh = bpy.data.meshes.new_from_object(source, preserve_all_data_layers=True, depsgraph=graph)
+            mesh = mesh_shown(obj, graph)
             mesh.materials.clear()
             mesh.materials.append(material)
             mesh.polygons.foreach_set("material_index", np.zeros(len(mesh.polygons), np.int32))
-            shown.append(_placed(copy, obj.name, mesh, source.matrix_world))
+            shown.append(_placed(copy, obj.name, mesh, obj.evaluated_get(graph).matrix_world))
     return shown
 
 

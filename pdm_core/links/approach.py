@@ -108,7 +108,7 @@ def warnings_of(solution, memory, target_error, stopped):
     stopped: whether that ended before there was nothing left to try."""
     check, names = solution._check, [repr(surface.name) for surface in solution.scene.surfaces]
     if solution.error > target_error and check.parts.get("closure", 0.0) > target_error:
-        worst = np.argsort(-check.own_unclosed)[:2]
+        worst = np.argsort(-check.amplified.unclosed)[:2]
         advice = (
             f"light comes from nothing or is lost where {' and '.join(names[k] for k in worst)} run through others: "
             f"neither time nor memory helps; part or join them, or aim at {125 * solution.error:.2g} %"

@@ -6,11 +6,10 @@ import numpy as np
 
 from .. import each_surface
 from ..contacts import contacts_of
-from ..error_estimates import Look, Residual, leaf_errors, lengths, sample_points, source_defect
+from ..error_estimates import Look, Residual, leaf_errors, lengths, sample_points
 from ..error_flow import ONE_SIGNED, Flow, areas_of_nodes, norms
-from ..numerics import ROUGHLY, Rows, gmres
-from ..signs_of_life import finish, in_thread
-from ..tolerances import SINGLE
+from ..signs_of_life import in_thread
+from .amplified import Amplified
 
 SEED = 20  # of the samples: runs repeat
 LOOKS = 4  # sets of samples at most, where the error found hangs on one point
@@ -18,20 +17,19 @@ FINER = 0.25  # tolerance of their links, of the round's
 SAFETY = 2.6  # of what samples find to what is stated: they miss penumbrae, and rounds stop where they found little
 LINKED = 16  # nodes of a surface that tell what its links are off by
 LEARNT = 0.2  # of an error found at a point, at least, along either axis, whatever surpluses tell of them
-ROUNDED = 0.2 * SINGLE  # of the light: what single precision costs, as a row's entries are off either way
 
 
 class Check:
     """The error of a SolvedLight, relative, and the named parts that make it; own_errors (n surfaces,): of each one's
     own light; node_error (n sent nodes,): where it is. fresh: whether it is of the light as it is now; leaf_error
     (n cells, 2) of the field as far as is known; optimism: error found by residuals, of the error the surpluses
-    promise."""
+    promise; amplified: Amplified; one_way (n surfaces,): what it makes of bends, as far as they do not cancel."""
 
     def __init__(self, light):
-        self.light, self.looks, self.flow = light, [], None
+        self.light, self.looks, self.flow, self.amplified = light, [], None, None
         self.error, self.parts = float("inf"), {}
         self.own_errors = np.full(len(light.scene), np.inf)
-        self.fresh, self.measured, self.optimism, self.unclosed = False, False, 1.0, 0.0
+        self.fresh, self.measured, self.optimism = False, False, 1.0
 
     def snapshot(self):
         """As it is now, whatever becomes of this one."""
@@ -57,7 +55,7 @@ class Check:
         light.transport.forget()
         some = light.norm > 0 and len(light.transport.reflectors)
         if some:
-            yield from in_thread(self._amplify)
+            self.amplified = yield from in_thread(Amplified, light)
         while some and len(self.looks) < LOOKS:
             yield from self._look(SEED + len(self.looks), samples)
             residual = yield from self._judge()
@@ -74,7 +72,7 @@ class Check:
     def again(self):
         """The error at the same points, under other light; yields."""
         if self.looks and self.light.norm > 0:
-            yield from in_thread(self._amplify)
+            self.amplified = yield from in_thread(Amplified, self.light)
             yield from self._judge()
         elif not self.light.norm > 0:
             self.nothing()
@@ -92,45 +90,17 @@ class Check:
         shared = np.where(light.shared.counts, light.shared.norm, 0.0)
         error = lengths(self.leaf_error)
         surface, points, normals, weight = sample_points(t.field, error, shared, t.reached, samples, seed)
-        blocks = []
-        for block in light.links(points, normals, surface, FINER):
-            if block:
-                blocks.append(block)
-            yield
+        rows = yield from light.rows_at(points, normals, surface, FINER)
         fractions = yield from t.received_directly(points, normals, surface)
         weight = np.where(contacts_of(t.scene).covered(points, surface), 0.0, weight)
-        self.looks.append(Look(surface, points, weight, Rows(blocks, len(points)), fractions))
-
-    def _amplify(self):
-        """What the scene makes of errors of its sources and of what the solver left: solved for like light."""
-        light, t, rho = self.light, self.light.transport, self.light.reflectance
-
-        def size(error):
-            return norms(t.sent, np.linalg.norm(rho * t.spread(error), axis=1))
-
-        self.bent = source_defect(t.sent, light.lit)
-        lit = t.rows.times(rho * self.bent)
-        indirect = t.rows.times(rho * t.spread(source_defect(t.field, light.indirect)))
-        received = t.rows.times(light.radiosity())
-        unsolved = received - light.indirect
-        unsolved += np.copysign(ROUNDED, unsolved.sum()) * light.indirect
-        right = np.concatenate([lit, lit + indirect, unsolved, t.from_nothing(received)], axis=1)
-        scatter = light.scatter(np.tile(rho, 4))
-        # what is left of it may be as much of one sign as all of it is
-        error = finish(gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0] / (1 - ROUGHLY)
-        self.own_light, self.own_bends, self.own_unsolved, self.own_unclosed = (
-            size(error[:, k : k + 3]) for k in (0, 3, 6, 9)
-        )
-        self.amplified_light, self.unsolved, self.unclosed = (
-            float(np.linalg.norm(v)) / light.norm for v in (self.own_light, self.own_unsolved, self.own_unclosed)
-        )
+        self.looks.append(Look(surface, points, weight, rows, fractions))
 
     def _judge(self):
         """Error and its parts from the points looked at -> Residual; yields."""
         light, t, found, sources, made = self.light, self.light.transport, [], [], []
-        sent = t.sent
+        sent, amplified = t.sent, self.amplified
         every = light.radiosity() + (light.scene.emission - light.added)[sent.node_surface]
-        value, held = light.radiosity(), np.concatenate([light.total(), self.bent], axis=1)
+        value, held = light.radiosity(), np.concatenate([light.total(), amplified.bent], axis=1)
         for look in self.looks:
             rho = light.scene.reflectance[look.surface]
             fine = look.rows.times(value) + look.fractions @ light.colours
@@ -147,22 +117,23 @@ class Check:
         # bends of direct and of indirect light may cancel: as far as points do not show the one's in the whole
         sources, bent = np.concatenate(sources, axis=1)
         uncancelled = min(ONE_SIGNED, Residual(self.looks, sources).share_of(bent))
-        self.own_amplified = np.hypot(self.own_bends, uncancelled * self.own_light)
-        self.amplified = float(np.linalg.norm(self.own_amplified)) / light.norm
+        self.one_way = np.hypot(amplified.bends, uncancelled * amplified.direct)
+        one_way = self.of_light(self.one_way)
         known = found, light.sent_error * light.norm / light.scale
         # solved for, and stated as they are. Amplified beyond what is found at points, where errors of either sign
         # are: between white planes 1.06 to 5 times the true one
-        stiff = float(np.sqrt(max(self.amplified**2 - sum(known) ** 2, 0.0)))
+        stiff = float(np.sqrt(max(one_way**2 - sum(known) ** 2, 0.0)))
         self.parts = {
             "discretisation": SAFETY * known[0],
             "gather": SAFETY * light.gain() * residual.mean / light.norm,
             "sent": SAFETY * known[1],
-            "closure": SAFETY * float(np.hypot(self.unclosed, made.rms / light.norm)),
+            "closure": SAFETY * float(np.hypot(self.of_light(amplified.unclosed), made.rms / light.norm)),
         }
+        unsolved = self.of_light(amplified.unsolved)
         # where light is caught these are of one pattern and of one sign: they add up
-        self.error = float(np.hypot(np.linalg.norm(list(self.parts.values())), stiff + self.unsolved))
-        self.parts |= {"stiff": stiff, "solver": self.unsolved}
-        yield from self._each(residual, np.hypot(self.own_unclosed, np.sqrt(made.by_surface(light.scene.areas)[1])))
+        self.error = float(np.hypot(np.linalg.norm(list(self.parts.values())), stiff + unsolved))
+        self.parts |= {"stiff": stiff, "solver": unsolved}
+        yield from self._each(residual, np.hypot(amplified.unclosed, np.sqrt(made.by_surface(light.scene.areas)[1])))
         return residual
 
     def _each(self, residual, unclosed):
@@ -177,9 +148,9 @@ class Check:
         received = rho * (yield from flow.received(error, lengths(leaf_errors(t.sent, rho[:, None] * light.lit))))
         self.flow, self.flow_received = flow, received
         self.told, self.own_promised = np.sqrt(found[1]), promised
-        received = np.hypot(norms(t.sent, received), ONE_SIGNED * self.own_amplified)
+        received = np.hypot(norms(t.sent, received), ONE_SIGNED * self.one_way)
         own, self.own_here, self.own_passed = each_surface.own_errors(light.shared, found, promised, received)
-        rest = np.hypot(self.own_unsolved, SAFETY * unclosed) / np.maximum(light.shared.norm, 1e-300)
+        rest = np.hypot(self.amplified.unsolved, SAFETY * unclosed) / np.maximum(light.shared.norm, 1e-300)
         self.own_errors = np.where(own > 0, np.hypot(SAFETY * own, rest), 0.0)
         # where surpluses are, as large as what points found on the surface
         local = t.spread(flow.spread_out)[:, 0]
@@ -205,16 +176,16 @@ class Check:
         area = np.append(0.0, np.cumsum(areas_of_nodes(f)[order]))
         at = area[first] + (area[end] - area[first]) * (np.arange(LINKED) + 0.5) / LINKED
         nodes = order[np.clip(np.searchsorted(area, at) - 1, first, end - 1)].ravel()
-        blocks = []
-        for block in light.links(f.points[nodes], f.normals[nodes], f.node_surface[nodes], FINER):
-            if block:
-                blocks.append(block)
-            yield
-        off = Rows(blocks, len(nodes)).times(light.radiosity()) - light.indirect[nodes]
+        rows = yield from light.rows_at(f.points[nodes], f.normals[nodes], f.node_surface[nodes], FINER)
+        off = rows.times(light.radiosity()) - light.indirect[nodes]
         off = ((light.scene.reflectance[f.node_surface[nodes]] * off) ** 2).sum(axis=1).reshape(-1, LINKED)
         return np.sqrt(off.mean(axis=1) * light.scene.areas[surfaces])
 
     # -- what it says --------------------------------------------------------------------------------------------
+
+    def of_light(self, each):
+        """What each surface's part (n surfaces,), in L2, comes to, relative to the light."""
+        return float(np.linalg.norm(each)) / self.light.norm
 
     def largest(self, name):
         """Whether that part of the error is, or any other is larger than it."""

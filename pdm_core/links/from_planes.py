@@ -222,16 +222,11 @@ class FromPlanes:
         """Exact factors of some of the cells of pairs k (n,); where samples see nothing, the kernel is their area's."""
         k, (low, high) = k[some], (end.take(some, axis=1) for end in ends)
         around = (low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])
-        corners = [self._world(pairs.source[k], a, b) for a, b in around]
+        o, u, v = (edge.take(pairs.source[k], axis=1) for edge in self.frame)
+        corners = [o + a * u + b * v for a, b in around]
         factor[some] = polygon_unoccluded(pairs.points[k], pairs.normals[k], np.transpose(corners, (2, 0, 1)))
         unseen = some[kernel.take(some, axis=2).sum(axis=(0, 1)) == 0]
         kernel[:, :, unseen] = slope[0][:, None, unseen] * slope[1][:, unseen]
-
-    def _world(self, source, a, b):
-        """Points (3, ..., n) at a, b (..., n) along the edges of planes source (n,)."""
-        one = (3, *(1,) * (a.ndim - 1), -1)
-        o, u, v = (frame.take(source, axis=1).reshape(one) for frame in self.frame)
-        return o + a * u + b * v
 
 
 def _joined(cells):

@@ -29,7 +29,6 @@ class Gather:
     """Rows of the indirect operator for receivers (points, normals, surface); sources: surfaces that may reflect."""
 
     def __init__(self, field, factors, sources):
-        self.field, self.factors = field, factors
         self.flat, self.balls, self.rooms = (sources[k] for k in factors.by_kind(sources))
         self.planes = FromPlanes(field, factors, self.flat)
         self.spheres = FromSpheres(field, factors, self.balls, self.rooms)

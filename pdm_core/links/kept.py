@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..at_once import slices
 from ..checked import SceneError
 from ..error_flow import areas_of_nodes
 from ..field_values import conform
@@ -31,11 +32,10 @@ class KeptLinks(KeptGroups):
         spread = np.bincount((self.of[:, None] * len(columns) + node).ravel(), weight.ravel(), size)
         self.group_rows[:] = spread.astype(np.float32).reshape(self.count, -1) @ columns
         yield 0.1
-        light, n = np.zeros((len(self.points), 3)), len(self.points)
-        for start in range(0, n, chunk):
-            index = self.order[start : start + chunk]
-            self._see(solved, columns, index, light)
-            yield 0.1 + 0.9 * min(start + chunk, n) / n
+        light, order = np.zeros((len(self.points), 3)), np.argsort(self.surface, kind="stable")
+        for part in slices(len(order), chunk):
+            self._see(solved, columns, order[part], light)
+            yield 0.1 + 0.9 * min(part.stop, len(order)) / len(order)
         self.settle(light)
 
     def _see(self, solved, columns, index, light):

@@ -105,10 +105,14 @@ class SolvedLight:
         tolerance = self._tolerance(t.field.points[new], t.field.node_surface[new])
         yield from t.extend(new, self._detail(), tolerance)
 
-    def links(self, points, normals, surface, finer=1.0):
-        """Transport.links at points, as fine as this light needs them or by a factor `finer`, 1 or less, more so."""
-        tolerance = finer * self._tolerance(points, surface)
-        return self.transport.links(points, normals, surface, self._detail(), tolerance)
+    def rows_at(self, points, normals, surface, finer=1.0):
+        """Rows at points, their links as fine as this light needs them or by a factor `finer`, 1 or less, more so;
+        yields now and then."""
+        tolerance, blocks = finer * self._tolerance(points, surface), []
+        for block in self.transport.links(points, normals, surface, self._detail(), tolerance):
+            blocks += [block] if block else []
+            yield
+        return Rows(blocks, len(points))
 
     def _detail(self):
         """How the sources vary, for the choice of links."""
@@ -136,7 +140,7 @@ class SolvedLight:
     def solve(self, tolerance):
         """I = A rho (D + I) + A added, from the guess at hand; for one of each set of proportional channels; yields."""
         which, channels = self.channels
-        value, steps, _ = yield from in_thread(self._solved, which, tolerance)
+        value, steps = yield from in_thread(self._solved, which, tolerance)
         self.indirect = value @ channels
         self.iterations += steps
         self._measure()
@@ -164,7 +168,7 @@ class SolvedLight:
             share = max(self.scene.areas[s] / t.area, 0.5 / len(self.scene))
             own = each_surface.OWN * self.shared.norm[s] or np.inf
             allowed = EXACT_SHARE * target * min(self.scale * np.sqrt(share), own)
-            part = Received(t.field, s, received[nodes], factors[nodes], t.reflectors)
+            part = Received(t.field, s, received[nodes], factors[nodes])
             part.choose(self.scene.reflectance[s], allowed, self.exact.get(s, lights), s in self.exact)
             self.leaf_error[part.leaves] = part.leaf_error
             self.received.append(part.conform())
@@ -202,5 +206,5 @@ class SolvedLight:
     def in_space(self, points, normals):
         """points (n, 3) m, unit normals (n, 3) anywhere -> irradiance / pi (n, 3)"""
         free = np.full(len(points), -1)
-        rows = Rows([block for block in self.links(points, normals, free) if block], len(points))
+        rows = finish(self.rows_at(points, normals, free))
         return rows.times(self.radiosity()) + self.transport.direct(points, normals, free) @ self.colours

@@ -19,11 +19,11 @@ MOST = 12  # sources taken exactly on one surface: each costs a form factor for 
 class Received:
     """Indirect light on one surface: values on its nodes (n,) of one surface.
 
-    received (n, s, 3): irradiance / pi from each source; factors (n, s); sources (s,) surface indices.
+    received (n, s, 3): irradiance / pi from each source; factors (n, s).
     """
 
-    def __init__(self, field, surface, received, factors, sources):
-        self.field, self.surface, self.sources = copy.copy(field), surface, sources
+    def __init__(self, field, surface, received, factors):
+        self.field = copy.copy(field)
         self.cells = np.flatnonzero(field.surface == surface)
         self.local = np.zeros(len(field.keys), int)
         nodes = np.flatnonzero(field.node_surface == surface)

@@ -14,10 +14,9 @@ NOISY = 1.2  # error found, of the error the surpluses promise, that only links 
 SENT_SHARE = 0.15  # of the target: what direct light between the nodes may cost as it is sent on
 LIGHT_NODES = 0.6  # of the memory: what direct light may take, lest none be left for the rest
 CONTACT_SHARE = 2.0  # cells near contacts are no smaller than a square whose whole light is this part of the target
-CONTACT_LEAST = (
-    0.0125  # target that contacts of spheres are resolved for in any case: the dark about a point of contact
-)
-# is caught light, of which residuals show an eighth
+# target that contacts of spheres are resolved for in any case: the dark about a point of contact is caught light, of
+# which residuals show an eighth
+CONTACT_LEAST = 0.0125
 FLAT = 0.133  # of that size in gaps between planes, which are as large as they
 CONTACT_OWN = 6.0  # sides of a square as large as the smaller of the two shapes: the same of its own light
 SURE = 0.7  # lower than what was found asks for: the halves of what is split, and the rest, have errors of their own
@@ -92,7 +91,7 @@ class Refinement:
     def improve(self, target, last):
         """Whatever helps most towards the target, the last or not; False where nothing does; yields."""
         if self.check.fresh:
-            before, self.unclosed = self.unclosed, self.check.unclosed
+            before, self.unclosed = self.unclosed, self.check.of_light(self.check.amplified.unclosed)
             # what rows make from nothing, where shapes run through each other, finer cells and links do not mend
             if SAFETY * self.unclosed > target and self.unclosed > LESS * before:
                 return False
@@ -112,7 +111,7 @@ class Refinement:
             return self.solver_share > TIGHTEST
         if not (check.fresh and check.largest("stiff")):
             return False
-        direct = check.amplified_light > check.amplified / 2
+        direct = np.linalg.norm(check.amplified.direct) > np.linalg.norm(check.one_way) / 2
         f, value = (t.sent, light.lit) if direct else (t.field, light.indirect)
         bend = bends(f, light.scene.reflectance[f.node_surface] * value)
         part = np.zeros(f.level.shape)

@@ -16,7 +16,7 @@ from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
 from .sieve import over_along, worth_it
 
-TOUCHING = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
+AGAINST = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
 SUNK = 3.0  # tolerances: what lies further behind a face is no longer against it, but thinner than rounding tells
 NOTHING, CONTACT = -1, -2  # instead of a facet
 
@@ -170,7 +170,7 @@ def _in_contact(facets, nearest, reached, ray, receivers):
     distances reached (n,) m along unit directions ray (n, 3)."""
     some = np.flatnonzero((nearest >= 0) & (nearest < facets.count))
     height = reached[some] * np.abs(np.einsum("ni,ni->n", receivers.faces[some], ray[some]))
-    some = some[height < TOUCHING * facets.tolerance]
+    some = some[height < AGAINST * facets.tolerance]
     some = some[(receivers.start[some] < 0) | (facets.own[facets.shape[nearest[some]]] >= 0)]
     along_ = np.einsum("ni,ni->n", receivers.faces[some], facets.normal[nearest[some]])
     return some[1 - along_**2 < PARALLEL**2]

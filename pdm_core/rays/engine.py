@@ -144,7 +144,7 @@ class RayState:
         def scatter(value):
             return self.rows.times(rho * value)
 
-        indirect, steps, _ = finish(gmres(scatter, right, guess, SOLVED * self.target))
+        indirect, steps = finish(gmres(scatter, right, guess, SOLVED * self.target))
         self.counts["iterations"] += steps
         self.amplified = amplification(self.rows.times, rho)
         residual = right - indirect + scatter(indirect)

@@ -89,7 +89,8 @@ class Facets:
     def only(self, flat, ball):
         """Some of them alone: which facets (k,), which balls (j,)."""
         out = copy.copy(self)
-        [vars(out).pop(name, None) for name in ("boxes", "spheres", "near_flats")]
+        for name in ("boxes", "spheres", "near_flats"):
+            vars(out).pop(name, None)
         both = np.concatenate([flat, self.count + ball])
         for which, names in (
             (flat, ("origin", "u", "v", "triangle", "chart", "normal")),
@@ -100,10 +101,28 @@ class Facets:
                 setattr(out, name, getattr(self, name).take(which, axis=0))
         return out
 
+    def middles(self):
+        """(m, 3) m of the facets."""
+        return self.origin + (self.u + self.v) / np.where(self.triangle, 3.0, 2.0)[:, None]
+
     def corners(self, which):
         """(k, 4, 3) m of facets (k,), in turn around them; of triangles the last one is there twice."""
         o, u, v = (array[which] for array in (self.origin, self.u, self.v))
         return np.stack([o, o + u, o + v + np.where(self.triangle[which, None], 0.0, u), o + v], axis=1)
+
+    def on_triangles(self, facet, at):
+        """Places (h, 2) of hits on meshes' triangles, which facets reach a little beyond."""
+        there = self.chart_at(facet, at)
+        return there / np.maximum(there.sum(axis=1, keepdims=True), 1.0)
+
+    def chart_at(self, facet, at):
+        """Chart positions (h, 2) of hits; a facet's own (s, t) are on it, a little wider than the shape is."""
+        local = np.flatnonzero(facet < self.count)
+        chart = self.chart.take(facet[local], axis=0)
+        at = at.astype(float)
+        there = at.take(local, axis=0)
+        at[local] = chart[:, :, 0] + chart[:, :, 1] * there[:, :1] + chart[:, :, 2] * there[:, 1:]
+        return np.clip(at, 0.0, 1.0)
 
     @cached_property
     def boxes(self):
@@ -115,7 +134,7 @@ class Facets:
     @cached_property
     def spheres(self):
         """Centres (3, m) and radii (m,) m of balls that hold a facet each, in single precision, a little wider."""
-        middle = self.origin + (self.u + self.v) / np.where(self.triangle, 3.0, 2.0)[:, None]
+        middle = self.middles()
         radius, centre = np.linalg.norm(self.corners(slice(None)) - middle[:, None], axis=2).max(axis=1), middle.T
         wider = WIDER_SINGLE * np.abs(centre).max(initial=0.0)
         return np.ascontiguousarray(centre, np.float32), (radius * (1 + WIDER_SINGLE) + wider).astype(np.float32)

@@ -12,7 +12,7 @@ from .near import places_of
 from .rows import directions
 
 LARGE = 0.1  # of the scene's size: what is smaller is in one room
-POINTS, WAYS = 16, 16  # of a lamp, and ways along which light leaves each
+WAYS = 16  # along which light leaves each of as many points of a lamp
 MOSTLY = 0.75  # of these are shorter than what is asked for
 # of that, how long lamps are that are parted, and parts: where a wall goes through one its points tell but roughly what
 # is on either side
@@ -36,7 +36,7 @@ def parted(facets, sources):
 def _usual_ways(facets, sources):
     """(k,) m, what MOSTLY of the ways of each source's light are no longer than, inf where it meets nothing: of both
     sides of what shines on both."""
-    samples = [source.samples(POINTS)[:2] for source in sources]
+    samples = [source.samples(WAYS)[:2] for source in sources]
     points, normals = (np.concatenate(a) for a in zip(*samples))
     points = points - facets.centre
     own = np.repeat([id(source.whole) for source in sources], [len(place) for place, _ in samples])

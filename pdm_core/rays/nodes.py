@@ -165,16 +165,17 @@ class Nodes:
 
     def columns(self, facet, at, front):
         """Hits -> nodes (h, 4) and weights (h, 4) that interpolate there; weights of hits that carry nothing are 0."""
-        own = self.facets.surface[facet, np.where(front, 0, 1)]
+        facets = self.facets
+        own = facets.surface[facet, np.where(front, 0, 1)]
         carries = (own >= 0) & (self.number[own] > 0)
         node, weight = np.zeros((len(facet), 4), np.int32), np.zeros((len(facet), 4), np.float32)
         mesh = np.flatnonzero(carries & ~self.charts.has[own])
         if len(mesh):
-            there = self.on_triangles(facet[mesh], at[mesh]).astype(np.float32)  # weights sum to 1 all but exactly
+            there = facets.on_triangles(facet[mesh], at[mesh]).astype(np.float32)  # weights sum to 1 all but exactly
             node[mesh, :3], weight[mesh, :3] = self.on_meshes(own[mesh], facet[mesh], there)
         flat = np.flatnonzero(carries & self.charts.has[own])
         if len(flat):
-            there = self.chart_at(facet[flat], at[flat])
+            there = facets.chart_at(facet[flat], at[flat])
             node[flat], weight[flat] = self.parted.columns(own[flat], there)
         return node, weight
 
@@ -205,20 +206,6 @@ class Nodes:
     def lost(self):
         """(n,) bool: of which no place has any light."""
         return self.hidden.all(axis=1)
-
-    def on_triangles(self, facet, at):
-        """Places (h, 2) of hits on meshes' triangles, which facets reach a little beyond."""
-        there = self.chart_at(facet, at)
-        return there / np.maximum(there.sum(axis=1, keepdims=True), 1.0)
-
-    def chart_at(self, facet, at):
-        """Chart positions (h, 2) of hits; a facet's own (s, t) are on it, a little wider than the shape is."""
-        local = np.flatnonzero(facet < self.facets.count)
-        chart = self.facets.chart.take(facet[local], axis=0)
-        at = at.astype(float)
-        there = at.take(local, axis=0)
-        at[local] = chart[:, :, 0] + chart[:, :, 1] * there[:, :1] + chart[:, :, 2] * there[:, 1:]
-        return np.clip(at, 0.0, 1.0)
 
     def surplus(self, value, uneven):
         """Values (n, c) of the nodes, and how uneven (n,) the light within each is -> how far values of cells half as

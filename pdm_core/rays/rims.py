@@ -8,7 +8,7 @@ import numpy as np
 from ..at_once import in_turn
 from ..boxes import near
 from ..shapes.shape import PARALLEL
-from .bundles import TOUCHING
+from .bundles import AGAINST
 from .near_flats import ON
 
 NARROW = 0.01  # width of a gap, of the radius of the smaller shape
@@ -40,7 +40,7 @@ def closed(facets):
     if len(flat) < 2:
         return []
     of = [scene.shapes[k] for k in flat]
-    i, j, height = _parallel(facets, of, np.full(len(of), TOUCHING * facets.tolerance))
+    i, j, height = _parallel(facets, of, np.full(len(of), AGAINST * facets.tolerance))
     one, other = (facets.surface[facets.first[flat[k]]] for k in (i, j))
     turned = np.einsum("ni,ni->n", *(np.array([s.normal for s in of])[k] for k in (i, j))) > 0
     each, ahead = np.arange(len(i)), height > 0

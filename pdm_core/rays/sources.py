@@ -5,7 +5,7 @@ import copy
 import numpy as np
 
 from ..scene import Light
-from .bundles import TOUCHING
+from .bundles import AGAINST
 from .lamp_parts import parted
 
 OF_PARTS = 1024  # points that tell a part's mean of emission that varies
@@ -17,10 +17,9 @@ class Source(Light):
     light comes to, blockers: Facets of what may hide it, None for all; pattern None where it is even; is_surface:
     whether samples' weights are areas; is_spot: whether it is what a beam lights; is_tinted: whether its colour varies
     over its sample places; partly: the part of receivers that see a part of it, see Shares.learn; whole: the Shape or
-    Light that it is cut from, sizes (2,) m: how long and wide it is."""
+    Light that it is cut from."""
 
-    whole, sizes = None, np.zeros(2)
-    skip, lift, partly, pattern = -1, 0.0, 0.0, None
+    whole, skip, partly, pattern = None, -1, 0.0, None
     is_surface = is_spot = is_tinted = False
 
     def __init__(self, colour, name):
@@ -54,7 +53,7 @@ class Emitter(Source):
         self.index, self.surface, self.whole, self.shape = index, scene.surfaces[index], whole, part or whole
         super().__init__(self._colour(scene), self.surface.name)
         self.skip = facets.own[scene.shape_of[index]]
-        self.lift, self.tolerance = self.shape.lift, facets.tolerance
+        self.tolerance = facets.tolerance
         layer = facets.moved[scene.shape_of[index]]  # m; what lies over it, in its plane, hides it
         self.offset = layer * self.whole.normal if layer else np.zeros(3)
 
@@ -80,11 +79,11 @@ class Emitter(Source):
 
     def against(self, points, normals):
         """(n,) Whether points lie against a flat shape, or within the ball that shines outwards."""
-        return self.whole.against(points, normals, self.surface.sign, TOUCHING * self.tolerance)
+        return self.whole.against(points, normals, self.surface.sign, AGAINST * self.tolerance)
 
     def distances(self, points):
         """(n,) m of points (n, 3) m from it."""
-        return np.linalg.norm(points - self.shape.project(points), axis=1)
+        return self.shape.gap(points)
 
     def spacing(self, count):
         """m between neighbours of so many points of it."""
@@ -95,7 +94,8 @@ class Emitter(Source):
         points = self.shape.samples(count)
         # a triangle shines as its own plane looks, however it is shaded
         normals = self.surface.sign * self.shape.face_normals(points)
-        return points + self.lift * normals + self.offset, normals, np.full(len(points), self.shape.area / len(points))
+        places = points + self.shape.lift * normals + self.offset
+        return places, normals, np.full(len(points), self.shape.area / len(points))
 
     @property
     def is_tinted(self):

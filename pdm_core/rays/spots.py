@@ -32,7 +32,7 @@ class Spots:
         own = self.facets.surface[facet, back]
         carries, has = (own >= 0) & (nodes.number[own] > 0), nodes.charts.has[own]
         some = np.flatnonzero(carries & has)
-        there = nodes.chart_at(facet[some], at[some])
+        there = self.facets.chart_at(facet[some], at[some])
         quarter = nodes.lattice.quarters(own[some], there)
         leaf = quarter // QUARTERS
         out[some] = SIDES * quarter + nodes.parted.sides(leaf, there)
@@ -40,7 +40,7 @@ class Spots:
         self.place[out[some[parted]]] = there[parted]
         some = np.flatnonzero(carries & ~has)
         if len(some):
-            part, inner = self.meshes.part(facet[some], nodes.on_triangles(facet[some], at[some]))
+            part, inner = self.meshes.part(facet[some], self.facets.on_triangles(facet[some], at[some]))
             s, t = inner.T
             quarter = np.select([s + t < 0.5, s >= 0.5, t >= 0.5], [0, 1, 2], 3)
             parted = np.flatnonzero(self.meshes.cuts.touched[part])

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..at_once import AT_ONCE, parts
 from ..read_off import runs_of
+from .rows import heaviest
 
 
 def nodes_near(nodes, surface, points):
@@ -14,7 +15,7 @@ def nodes_near(nodes, surface, points):
     for some in parts(np.flatnonzero(has & nodes.charts.has[surface]), AT_ONCE):
         own = surface[some]
         node, weight = nodes.lattice.columns(own, nodes.charts.places(own, points[some]))
-        out[some] = node[np.arange(len(some)), weight.argmax(axis=1)]
+        out[some] = heaviest(node, weight)
         done += len(some)
         yield done / len(points)
     some = np.flatnonzero(has & ~nodes.charts.has[surface])
@@ -22,7 +23,7 @@ def nodes_near(nodes, surface, points):
         mine, first = some[mine], nodes.facets.first[nodes.facets.scene.shape_of[k]]
         triangle, bary = nodes.facets.scene.surfaces[k].shape.nearest(points[mine])
         node, weight = nodes.on_meshes(np.full(len(mine), k), first + triangle, bary[:, 1:])
-        out[mine] = node[np.arange(len(mine)), weight.argmax(axis=1)]
+        out[mine] = heaviest(node, weight)
         done += len(mine)
         yield done / len(points)
     return out

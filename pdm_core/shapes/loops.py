@@ -8,10 +8,9 @@ from ..checked import SceneError, array
 from ..ears import few_and_convex, triangulated
 from ..outlines import crossing, edges_of, enclosed, moments, nearest_on_edges, signed_area, without_repeats
 from ..tolerances import SINGLE, TOUCHING
-from .shape import FLATTEST, ROUNDINGS, unit
+from .shape import ARITHMETIC, FLATTEST, ROUNDINGS, unit
 
 FLAT = 1e-4  # of the extent: corners no further from their plane are put into it, single precision's among them
-GIVEN = ROUNDINGS * SINGLE  # of the coordinates: what single precision and a matrix may move corners by
 LONGEST = 64  # edges among which the bounding rectangle's direction is sought
 
 
@@ -54,7 +53,7 @@ class Loops:
         """The outline and the holes in their plane, [(k, 3)] m, those the other way round."""
         ends = np.cumsum([len(loop) for loop in self.given])[:-1]
         height = self.off_plane
-        if np.abs(height).max() <= 16 * 2**-53 * np.abs(np.concatenate(self.given)).max():
+        if np.abs(height).max() <= ARITHMETIC * np.abs(np.concatenate(self.given)).max():
             height = 0 * height  # in it as it is
         flat = [loop - h[:, None] * self.normal for loop, h in zip(self.given, np.split(height, ends))]
         e = _longest_edge(flat[0])
@@ -117,7 +116,7 @@ class Loops:
         if not np.linalg.norm(np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0)) > FLATTEST:
             return nothing
         off = np.abs(self.off_plane).max()
-        if off > FLAT * size + GIVEN * reach:
+        if off > FLAT * size + ROUNDINGS * SINGLE * reach:  # what single precision and a matrix may move corners by
             return f"its corners are up to {off:.2g} m off their plane; flatten it or split it into triangles"
         return self._what_crosses()
 

@@ -36,11 +36,11 @@ class Mesh(Shape):
 
     def __init__(self, vertices, faces, smooth=True):
         self.faces = Faces(vertices, faces, smooth)
-        self.vertices, self.face_count = self.faces.vertices, self.faces.count
+        self.vertices = self.faces.vertices
         self._lights = {}  # MeshLight of the front and of the back, by the sign
 
     def __repr__(self):
-        return f"Mesh of {len(self.vertices)} vertices and {self.face_count} faces"
+        return f"Mesh of {len(self.vertices)} vertices and {self.faces.count} faces"
 
     @property
     def triangles(self):
@@ -75,7 +75,6 @@ class Mesh(Shape):
 
     @cached_property
     def area(self):
-        """m^2"""
         return float(self.areas.sum())
 
     @cached_property
@@ -98,17 +97,14 @@ class Mesh(Shape):
 
     @property
     def facet_count(self):
-        """How many of `facets` there are."""
         return len(self.triangles)
 
     @property
     def facets(self):
-        """What rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart (k, 2, 3), see rays.facets."""
         return facets_of(self.corners, np.tile(np.array([[[0.0, 1, 0], [0, 0, 1]]]), (len(self.corners), 1, 1)))
 
     @property
     def box(self):
-        """low, high (3,) m"""
         return self.vertices.min(axis=0), self.vertices.max(axis=0)
 
     @cached_property
@@ -126,7 +122,6 @@ class Mesh(Shape):
 
     @cached_property
     def marks(self):
-        """(12,) m; the same of the same shape."""
         p, q, r = (self.vertices[self.triangles[:, k]] for k in range(3))
         middle = (p + q + r) / 3
         centre = self.areas @ middle / self.area
@@ -151,7 +146,6 @@ class Mesh(Shape):
         return self.places.nearest(points)
 
     def project(self, points):
-        """points (n, 3) -> nearest points (n, 3) on the shape."""
         triangle, weights = self.nearest(points)
         return np.einsum("nk,nki->ni", weights, self.corners[triangle])
 
@@ -164,12 +158,9 @@ class Mesh(Shape):
         return unit(normals)
 
     def face_normals(self, points):
-        """Unit normals (n, 3) of the faces' fronts at points (n, 3)."""
         return self.triangle_normals[self.nearest(points)[0]]
 
     def unhidden(self, points, normals, sign, tolerance):
-        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where the radiance of the side of the sign is 1
-        and nothing hides it, itself neither."""
         if sign not in self._lights:
             self._lights[sign] = MeshLight(self, sign)
         return self._lights[sign].at(points, normals)
@@ -189,9 +180,8 @@ class Mesh(Shape):
         return MeshReceiving(self).at
 
     def spread(self, count):
-        """Points (count, 3) m spread evenly over the area."""
         return spread_over(self.corners[self.places.tree.order], count)  # neighbours follow each other
 
     @cached_property
-    def _problem(self):
-        return self.faces.problem()
+    def problem(self):
+        return self.faces.problem

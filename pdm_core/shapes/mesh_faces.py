@@ -98,6 +98,7 @@ class Faces:
             normals = np.where(smooth[:, None, None], unit(around)[self.triangles], own)
         return np.where(normals.any(axis=2, keepdims=True), normals, own)
 
+    @property
     def problem(self):
         """What is wrong with them, as a sentence, or None."""
         if not np.isfinite(self.vertices[self._corner]).all():

@@ -3,13 +3,13 @@
 import numpy as np
 
 from ..connected import connected
+from .triangle_tiles import MOST
 from .triangles import halves
-
-MOST = 64  # of more those near each other are one
 
 
 def parts_of(mesh):
-    """[Mesh] of the triangles of a Mesh that hang together, by the places of their corners; itself where all do."""
+    """[Mesh] of the triangles of a Mesh that hang together, by the places of their corners; of more than MOST such
+    parts those near each other are one. Itself where all hang together."""
     name = np.unique(mesh.places.names, return_inverse=True)[1].reshape(-1, 3)
     label = connected(name.max() + 1, name[:, :2].ravel(), name[:, 1:].ravel())
     part = np.unique(label[name[:, 0]], return_inverse=True)[1]

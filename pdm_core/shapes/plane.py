@@ -35,7 +35,6 @@ class Plane(Flat):
         return plane
 
     def moved(self, origin, corners):
-        """The same shape at corners (4, 3) m, seen from the origin (3,) m."""
         return Plane.through(corners - origin)
 
     @cached_property
@@ -48,7 +47,6 @@ class Plane(Flat):
 
     @cached_property
     def area(self):
-        """m^2"""
         return hypot(*self._across.tolist())
 
     @cached_property
@@ -58,7 +56,6 @@ class Plane(Flat):
 
     @cached_property
     def normal(self):
-        """(3,) unit normal of the front."""
         return unit(self._across)
 
     @cached_property
@@ -74,25 +71,21 @@ class Plane(Flat):
 
     @property
     def outline(self):
-        """(n, 3) m, counter-clockwise seen from the front."""
         return self.corners
 
     @property
     def facets(self):
-        """What rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart (k, 2, 3), see rays.facets."""
         chart = np.array([[[0.0, 1, 0], [0, 0, 1]]])
         return self.origin[None], self.u[None], self.v[None], np.zeros(1, bool), chart
 
     @cached_property
     def marks(self):
-        """(12,) m; the same of the same shape."""
         centre = self.bounds[0]
         reach = np.abs((self.corners - centre) @ REACHES.T).max(axis=0)
         return np.concatenate([centre, np.sqrt(self.area) * self.normal, reach])
 
     @cached_property
     def bounds(self):
-        """Centre (3,) and radius of a sphere around the shape."""
         centre = self.origin + (self.u + self.v) / 2
         return centre, float(np.linalg.norm(self.corners - centre, axis=1).max())
 
@@ -117,21 +110,17 @@ class Plane(Flat):
         return self.world(local)
 
     def inset(self, points, least):
-        """As Planes.inset."""
         return Planes([self]).inset(np.zeros(len(points), int), points, least)
 
     def factor(self, points, normals):
-        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for radiance 1, nothing hiding it."""
         return polygon_unoccluded(points, normals, np.broadcast_to(self.corners, (len(points), 4, 3)))
 
     def parametric(self, st):
-        """Points (n, 3) m at parameters (n, 2) in the unit square and area vectors (n, 3) m^2 of the front."""
         area = np.broadcast_to(np.cross(self.u, self.v), (len(st), 3))
         area = area * (1 - st[:, 1:]) if self.half else area
         return self.world(np.column_stack([st, 0 * st[:, 0]])), area
 
     def extent(self, directions):
-        """directions (k, 3) -> (k,) how far it reaches along them, least and most, from its centre"""
         height = directions @ (self.corners - self.bounds[0]).T
         return height.min(axis=1), height.max(axis=1)
 
@@ -141,7 +130,6 @@ class Plane(Flat):
         return np.sqrt(self.area)
 
     def spread(self, count):
-        """Points (count, 3) m spread evenly over the area."""
         return self.world(np.column_stack([square_lattice(count), np.zeros(count)]))
 
     @cached_property
@@ -150,7 +138,7 @@ class Plane(Flat):
         return self.area / max(hypot(*self.u.tolist()), hypot(*self.v.tolist()))
 
     @cached_property
-    def _problem(self):
+    def problem(self):
         if not all(map(isfinite, (*self.origin.tolist(), *self.u.tolist(), *self.v.tolist()))):
             return "its coordinates are not finite; apply a valid transform"
         longest = max(hypot(*self.u.tolist()), hypot(*self.v.tolist()))
@@ -166,7 +154,7 @@ class Facet(Plane):
     """
 
     half, is_rectangle = True, False
-    _problem = None  # what is wrong with the whole has been said, and a part may be narrow
+    problem = None  # what is wrong with the whole has been said, and a part may be narrow
 
     @classmethod
     def of(cls, corners, thickness):
@@ -175,12 +163,10 @@ class Facet(Plane):
         return facet
 
     def moved(self, origin, corners):
-        """The same part at corners (4, 3) m, seen from the origin (3,) m."""
         return Facet.of((corners - origin)[:3], self.thickness)
 
     @property
     def area(self):
-        """m^2"""
         return float(np.linalg.norm(np.cross(self.u, self.v))) / 2
 
 
@@ -199,16 +185,7 @@ class Planes:
     def inset(self, which, points, least):
         """Nearest points (n, 3) m that keep at least so many m, and INSET, from the borders."""
         border = np.minimum(np.maximum(INSET, least / self.edges[which]), 0.25)
-        return self._world(which, np.clip(self._local(which, points), border, 1 - border))
-
-    def project(self, which, points):
-        """Nearest points (n, 3) m, along the edges where they are not upright."""
-        return self._world(which, np.clip(self._local(which, points), 0.0, 1.0))
-
-    def _local(self, which, points):
-        offset = points - self.origin[which]
-        return np.einsum("nij,nj->ni", self.inverse[which, :2], offset)
-
-    def _world(self, which, at):
+        at = np.einsum("nij,nj->ni", self.inverse[which, :2], points - self.origin[which])
+        at = np.clip(at, border, 1 - border)
         affine = np.einsum("nij,nj->ni", self.linear[which, :, :2], at)
         return self.origin[which] + affine + at[:, :1] * at[:, 1:] * self.twist[which]

@@ -40,12 +40,10 @@ class Polygon(Flat):
 
     @property
     def normal(self):
-        """(3,) unit normal of the front: Newell's, of the outline."""
         return self._loops.normal
 
     @property
     def outline(self):
-        """(n, 3) m, counter-clockwise seen from the front."""
         return self._loops.in_plane[0]
 
     @property
@@ -66,12 +64,10 @@ class Polygon(Flat):
 
     @property
     def area(self):
-        """m^2"""
         return self._loops.moments[0]
 
     @property
     def triangles(self):
-        """(k, 3, 3) m, corners counter-clockwise seen from the front; no corner lies within an edge of another."""
         return self._loops.triangles
 
     @property
@@ -89,12 +85,10 @@ class Polygon(Flat):
 
     @property
     def facet_count(self):
-        """How many of `facets` there are."""
         return len(self._loops.few_triangles)
 
     @property
     def facets(self):
-        """What rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart (k, 2, 3), see rays.facets."""
         at = self._few_in_chart
         chart = np.stack([at[:, 0], at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=2)
         return facets_of(self._loops.few_triangles, chart)
@@ -158,7 +152,6 @@ class Polygon(Flat):
         return count / TRIED, np.take_along_axis(tried, pick[..., None], axis=1)
 
     def project(self, points):
-        """points (n, 3) -> nearest points (n, 3) on the shape."""
         corner, axes, _ = self._loops.rectangle
         flat = (np.asarray(points, float) - corner) @ axes.T
         outside = np.flatnonzero(~enclosed(flat, self._loops.in_rectangle))
@@ -166,7 +159,6 @@ class Polygon(Flat):
         return corner + flat @ axes
 
     def inset(self, points, least):
-        """points (n, 3) m -> points (n, 3) m on it that keep at least so many m, and INSET, from the border."""
         local = self.local(points)
         border = max(INSET * np.sqrt(self.area), least)
         outer = np.flatnonzero(~self.contains(local, border))
@@ -176,7 +168,6 @@ class Polygon(Flat):
         return self.world(local)
 
     def spread(self, count):
-        """Points (count, 3) m spread evenly over the area."""
         wanted = int(min(1.2 * count * self._loops.rectangle[2].prod() / self.area + 16, TRIED * count))
         local = square_lattice(wanted)
         local = local[self.contains(local)][:count]
@@ -185,7 +176,7 @@ class Polygon(Flat):
         return np.concatenate([points, spread_over(self.triangles, rest)]) if rest else points
 
     @property
-    def _problem(self):
+    def problem(self):
         return self._loops.problem
 
     def parametric(self, st):
@@ -195,5 +186,4 @@ class Polygon(Flat):
         return self.world(np.column_stack([st, 0 * st[:, 0]])), self.contains(st)[:, None] * area
 
     def factor(self, points, normals):
-        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi for radiance 1, nothing hiding it."""
         return loops_unoccluded(points, normals, self._loops.in_plane)

@@ -91,11 +91,21 @@ def tiles(sizes, length):
 
 
 class Shape:
-    """An affine image of a reference shape: point = origin + linear @ local.
+    """An affine image of a reference shape: point = origin + linear @ local. A kind of shape has, of points (n, 3) m:
 
-    A kind of shape has area, bounds, box, thickness, marks, _problem, project(points), normals(points), spread(count),
-    unhidden(...), inset(...), facets and facet_count; those that links know as they are also unit_height,
-    extent(directions) and moved(origin, corners); those of the published method parametric(st), parameters(local).
+    area, m^2; box: low, high (3,) m; bounds: centre (3,) m and radius of a sphere around it; thickness, m; marks, (12,)
+    m: the same of the same shape; facets, what rays meet: origin, u, v (k, 3) m, whether triangles (k,), chart
+    (k, 2, 3), see rays.facets; facet_count of them; problem: what is wrong with it, a sentence, or None
+    project(points) -> the nearest points on it; normals(points): unit (n, 3), of the front
+    spread(count) -> points (count, 3) m spread evenly over the area
+    inset(points, least) -> the nearest points on it that keep at least so many m, and INSET, from its border
+    unhidden(points, normals, sign, tolerance) -> (n,) irradiance / pi where the radiance of the side of the sign is 1
+    and nothing hides it
+
+    Those that links know as they are also have unit_height, m in local coordinates; extent(directions (k, 3)) -> (k,),
+    (k,) how far they reach along them from their centre, least and most; moved(origin (3,) m, corners (4, 3) m, of
+    planes) -> the same shape there, seen from the origin. Those of the published method have parametric(st (n, 2)) ->
+    points and area vectors (n, 3) m^2 of the front, and parameters(local (n, 3)) -> s, t (n,).
     """
 
     twist = np.zeros(3)
@@ -166,10 +176,6 @@ class Shape:
         size = high - low
         return size.prod(axis=1), low[:, None] + size[:, None] * square_lattice(places)
 
-    def problem(self):
-        """What is wrong with the shape, as a sentence, or None."""
-        return self._problem
-
     @property
     def pieces(self):
         """[Shape] convex, that fill it and that the exact engine knows; the same ones each time."""
@@ -198,13 +204,14 @@ class Shape:
 
 
 class Flat(Shape):
-    """A shape in a plane, with `normal`, `outline` (n, 3) m and `factor(points, normals)` seen from either side."""
+    """A shape in a plane, with a unit `normal` (3,) of the front, an `outline` (n, 3) m, counter-clockwise seen from
+    there, and factor(points (n, 3) m, unit normals (n, 3)) -> (n,) irradiance / pi for radiance 1, seen from either
+    side where nothing hides it."""
 
     is_flat = True
 
     @property
     def box(self):
-        """low, high (3,) m"""
         return self.outline.min(axis=0), self.outline.max(axis=0)
 
     @property
@@ -213,11 +220,9 @@ class Flat(Shape):
         return self.world([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 
     def normals(self, points):
-        """Unit normals (n, 3) of the front at points (n, 3)."""
         return np.broadcast_to(self.normal, (len(points), 3))
 
     def parameters(self, local):
-        """Local coordinates (n, 3) -> s, t (n,)"""
         return local[:, 0], local[:, 1]
 
     def heights(self, points):
@@ -225,8 +230,6 @@ class Flat(Shape):
         return (points - self.bounds[0]) @ self.normal
 
     def unhidden(self, points, normals, sign, tolerance):
-        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where the radiance of the side of the sign is 1
-        and nothing hides it."""
         out = np.zeros(len(points))
         seen = np.flatnonzero(sign * self.heights(points) > tolerance)  # what is no higher lies in its plane
         out[seen] = self.factor(points[seen], normals[seen])

@@ -53,7 +53,6 @@ class Sphere(Shape):
 
     @cached_property
     def bounds(self):
-        """Centre (3,) and radius of a sphere around the shape."""
         return self.origin, float(self.semi_axes[0])
 
     def spread(self, count):
@@ -62,7 +61,6 @@ class Sphere(Shape):
 
     @property
     def box(self):
-        """low, high (3,) m"""
         reach = np.linalg.norm(self.linear, axis=1)
         return self.origin - reach, self.origin + reach
 
@@ -97,13 +95,11 @@ class Sphere(Shape):
         return self.semi_axes[2]
 
     def moved(self, origin, corners):
-        """The same shape seen from the origin (3,) m."""
         matrix = self.matrix.copy()
         matrix[:3, 3] -= origin
         return Sphere(matrix)
 
     def extent(self, directions):
-        """directions (k, 3) -> (k,) how far it reaches along them, least and most, from its centre"""
         reach = np.linalg.norm(directions @ self.linear, axis=1)
         return -reach, reach
 
@@ -111,8 +107,7 @@ class Sphere(Shape):
         return self.spread(2 * count)  # half of them look away from any point
 
     def unhidden(self, points, normals, sign, tolerance):
-        """points (n, 3) m, unit normals (n, 3) -> (n,) irradiance / pi where its radiance outwards is 1 and nothing
-        hides it; tolerance m: of its coordinates."""
+        """Of its front alone; tolerance m: of its coordinates."""
         return visible_factors(ShapeTable([self], tolerance), points, normals, np.zeros(len(points), int))
 
     def against(self, points, normals, sign, near):
@@ -131,7 +126,6 @@ class Sphere(Shape):
         return self.world(local), area @ cofactor
 
     def parameters(self, local):
-        """Local coordinates (n, 3) -> s, t (n,)"""
         turn, polar = self.to_chart(local).T
         return polar, turn
 
@@ -171,7 +165,6 @@ class Sphere(Shape):
 
     @property
     def marks(self):
-        """(12,) m; the same of the same shape."""
         centre = self.bounds[0]
         reach = np.linalg.norm(REACHES @ self.linear, axis=1)
         return np.concatenate([centre, np.zeros(3), reach])
@@ -186,7 +179,7 @@ class Sphere(Shape):
         return unit(self.local(points) @ self.inverse)
 
     @property
-    def _problem(self):
+    def problem(self):
         if not np.isfinite(self.matrix).all():
             return "its matrix is not finite; apply a valid transform"
         if not self.semi_axes[2] > FLATTEST * self.semi_axes[0]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from .shape import tile_counts
 
-MOST, WIDER = 64, 1.2  # parts; times as long each as long as they would be more
+MOST, WIDER = 64, 1.2  # parts of what shines, each a lamp; times as long each as long as they would be more
 SMALL = 0.1  # of a part: shorter triangles are of that in which their middle is
 
 

@@ -12,7 +12,7 @@ import bpy
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-STARTS_BLENDER = ("operators/reporting/cycles_beside.py", "operators/reading/world_render.py", "operators/farm.py")
+STARTS_BLENDER = ("operators/reading/second_blender.py", "operators/farm.py")
 FOLDERS = ("operators", "pdm_core", "ui")
 ALLOWED_TAGS = set(
     "3D View,Add Curve,Add Mesh,Animation,Bake,Camera,Compositing,Development,Game Engine,Geometry Nodes,Grease Pencil,"

@@ -162,7 +162,7 @@ def test_other_nodes_are_rendered_once(read, planes, addon, monkeypatch):
     ramp.color_ramp.elements[1].color = (2.0, 0.5, 0.1, 1)
     changed = read().scene.sky.values
     assert not np.array_equal(changed, reading.scene.sky.values)
-    monkeypatch.setattr(addon("operators.reading.world_render"), "_command", lambda words: ["false"])
+    monkeypatch.setattr(addon("operators.reading.second_blender"), "_command", lambda *_: ["false"])
     assert np.array_equal(read().scene.sky.values, changed)  # remembered
 
 
@@ -203,7 +203,7 @@ def test_worlds_that_give_nothing_say_so(read, planes):
 def test_a_renderer_that_fails_is_said(read, planes, addon, monkeypatch):
     made = World()
     made.links.new(made.add("TexNoise").outputs["Color"], made.background.inputs["Color"])
-    monkeypatch.setattr(addon("operators.reading.world_render"), "_command", lambda words: ["false"])
+    monkeypatch.setattr(addon("operators.reading.second_blender"), "_command", lambda *_: ["false"])
     reading = read()
     assert (reading.scene.background == 0).all()
     assert any("Noise Texture node could not be rendered" in text for text in reading.warnings)

@@ -7,7 +7,6 @@ from rooms import cube_planes
 from pdm_core import Scene, Surface
 from pdm_core.error_flow import ONE_SIGNED, Flow, areas_of_nodes, density, norms
 from pdm_core.links.approach import Approach
-from pdm_core.numerics import Rows
 from pdm_core.signs_of_life import finish
 
 
@@ -66,8 +65,8 @@ def test_what_links_are_off_by_is_told_at_a_few_nodes():
         approach.refinement.link_up(target)
         finish(light.extend())
         finish(light.solve(1e-6))
-        blocks = [b for b in light.links(f.points, f.normals, f.node_surface, 0.01) if b]
-        off = 0.5 * (Rows(blocks, len(f.keys)).times(light.radiosity()) - light.indirect)
+        rows = finish(light.rows_at(f.points, f.normals, f.node_surface, 0.01))
+        off = 0.5 * (rows.times(light.radiosity()) - light.indirect)
         found.append(norms(f, np.linalg.norm(off, axis=1))[[0, 2, 3]])
         told.append(finish(approach.check.linked(np.array([0, 2, 3]))))
     found, told = np.array(found), np.array(told)

@@ -11,7 +11,7 @@ CUBE_FACES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 
 
 def left_out(mesh):
     """(k,) Faces that have no triangle."""
-    return np.setdiff1d(np.arange(mesh.face_count), mesh.faces.of)
+    return np.setdiff1d(np.arange(mesh.faces.count), mesh.faces.of)
 
 
 def ball(rings=12, radius=1.0):
@@ -42,7 +42,7 @@ def nearest_of_all(mesh, points):
 
 def test_a_cube():
     mesh = Mesh(CUBE, CUBE_FACES, False)
-    assert mesh.problem() is None and len(mesh.triangles) == 12 and len(left_out(mesh)) == 0
+    assert mesh.problem is None and len(mesh.triangles) == 12 and len(left_out(mesh)) == 0
     assert abs(mesh.area - 6) < 1e-14 and mesh.faces.of.tolist() == np.repeat(np.arange(6), 2).tolist()
     centre, radius = mesh.bounds
     assert np.abs(centre - 0.5).max() < 1e-15 and abs(radius - np.sqrt(0.75)) < 1e-15
@@ -108,7 +108,7 @@ def test_concave_and_bent_faces():
     mesh = Mesh(with_middles, [list(range(6))])
     assert len(mesh.triangles) == 4 and abs(mesh.area - 4) < 1e-14 and mesh.areas.min() > 0.1
     bent = Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)], [[0, 1, 2, 3]])
-    assert bent.problem() is None and len(bent.triangles) == 2
+    assert bent.problem is None and len(bent.triangles) == 2
     mixed = Mesh(np.concatenate([np.array(corner), CUBE + 5]), [list(range(6)), [6, 8, 9], [6, 8, 9, 7][::-1]])
     assert mixed.faces.of.tolist() == [0, 0, 0, 0, 1, 2, 2]
 
@@ -146,7 +146,7 @@ def test_bad_meshes_give_sensible_shapes():
     loose = Mesh([*CUBE, (1e9, 0, 0)], CUBE_FACES)  # a vertex that no face uses is not part of it
     assert loose.bounds[1] < 1
     for mesh in (doubled, apart, needle, fins, inside_out, sliver, loose):
-        assert mesh.problem() is None
+        assert mesh.problem is None
         points = np.random.default_rng(0).normal(size=(50, 3))
         for value in (mesh.project(points), mesh.normals(points), mesh.marks, mesh.spread(30), mesh.corner_normals):
             assert np.isfinite(value).all()

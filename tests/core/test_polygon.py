@@ -67,7 +67,7 @@ def test_triangles_fill_the_outline_whatever_its_place_and_size(seed):
     outline, holes, area = with_holes(seed)
     place, size = placed(seed)
     polygon = Polygon(place(outline), [place(hole) for hole in holes])
-    assert polygon.problem() is None
+    assert polygon.problem is None
     assert abs(polygon.area / (area * size**2) - 1) < 1e-9
     p, q, r = np.moveaxis(polygon.triangles, 1, 0)
     doubled = np.cross(q - p, r - p) @ polygon.normal
@@ -128,7 +128,7 @@ def test_a_hexagon_seen_from_its_axis():
 def test_vertices_within_edges_leave_no_seam():
     """Corners of neighbours in the middle of an edge belong to a triangle that ends there."""
     polygon = Polygon([(0, 0, 0), (1, 0, 0), (2, 0, 0), (2, 1, 0), (2, 2, 0), (0, 2, 0), (0, 0.5, 0)])
-    assert polygon.problem() is None and len(polygon.triangles) == 5
+    assert polygon.problem is None and len(polygon.triangles) == 5
     p, q, r = np.moveaxis(polygon.triangles, 1, 0)
     assert np.cross(q - p, r - p)[:, 2].min() > 0.1
     near = np.float32(placed(5)[0](polygon.outline) / placed(5)[1]).astype(float)  # the same with rounded corners
@@ -140,7 +140,7 @@ def test_vertices_within_edges_leave_no_seam():
 def test_holes_that_touch_and_stand_in_rows():
     windows = [square(0.2, 0.8) + [i, j, 0] for i in range(6) for j in range(4)]
     wall = Polygon([(0, 0, 0), (6, 0, 0), (6, 4, 0), (0, 4, 0)], windows)
-    assert wall.problem() is None and abs(wall.area - 24 * (1 - 0.36)) < 1e-12
+    assert wall.problem is None and abs(wall.area - 24 * (1 - 0.36)) < 1e-12
     p, q, r = np.moveaxis(wall.triangles, 1, 0)
     doubled = np.cross(q - p, r - p)[:, 2]
     assert (doubled > 0).all() and abs(doubled.sum() / 2 - wall.area) < 1e-12
@@ -156,7 +156,7 @@ def test_holes_that_touch_and_stand_in_rows():
         polygon = Polygon(*loops)
         p, q, r = np.moveaxis(polygon.triangles, 1, 0)
         doubled = np.cross(q - p, r - p)[:, 2]
-        assert polygon.problem() is None, loops
+        assert polygon.problem is None, loops
         assert (doubled > 0).all() and abs(doubled.sum() / 2 - polygon.area) < 1e-12
 
 
@@ -194,7 +194,7 @@ def test_near_flat_outlines_are_put_into_their_plane():
     place, size = placed(4)
     single = [np.float32(place(loop)).astype(float) for loop in (outline, *holes)]
     polygon = Polygon(single[0], single[1:])
-    assert polygon.problem() is None
+    assert polygon.problem is None
     assert np.abs((polygon.outline - polygon.outline[0]) @ polygon.normal).max() < 1e-14 * size
     assert np.abs(polygon.outline - single[0]).max() < 1e-5 * size
 
@@ -253,4 +253,4 @@ def test_other_things_are_refused(make, words):
 def test_many_corners_are_soon_done():
     rng = np.random.default_rng(6)
     polygon = Polygon(star(rng, 2000))
-    assert polygon.problem() is None and len(polygon.triangles) == 1998
+    assert polygon.problem is None and len(polygon.triangles) == 1998
