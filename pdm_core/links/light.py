@@ -148,7 +148,7 @@ class SolvedLight:
     def _solved(self, which, tolerance):
         rho = self.reflectance[:, which]
         right = self.transport.rows.times(rho * self.lit[:, which] + self.shining[:, which])
-        return finish(gmres(self.scatter(rho), right, self.indirect[:, which], tolerance))
+        return (yield from gmres(self.scatter(rho), right, self.indirect[:, which], tolerance))
 
     def scatter(self, rho):
         """rho (n sent nodes, c) -> function of indirect light (n nodes, c): what one more reflection makes of it."""
