@@ -7,8 +7,8 @@ TICK = 0.03  # s between two signs of life, the last part of a slice of the wind
 
 
 def in_thread(work, *arguments):
-    """Yields every TICK s until work(*arguments), which touches nothing but arrays, is done; returns its result. Closed,
-    it waits for the end, of a generator for its next step alone."""
+    """Yields every TICK s until work(*arguments), which touches nothing but arrays, is done; returns its result.
+    Closed, it waits for the end, of a generator for its next step alone."""
     outcome, closed = [], Event()
 
     def run():
