@@ -103,6 +103,8 @@ class Check:
     def _passed(self, error):
         """(n,) Squares of what errors (n, 3) of the light at the nodes cost once passed on; yields."""
         state, nodes = self.state, self.state.nodes
+        if not error.any():
+            return np.zeros(len(nodes))
         passed = yield from in_thread(passed_on, state.rows.times, nodes.reflectance, error, state.amplified)
         return ((nodes.reflectance * passed) ** 2).sum(axis=1)
 
