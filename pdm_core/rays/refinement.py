@@ -11,8 +11,8 @@ from .rows import Traced, directions
 MOST_RAYS = 4096  # directions of a point where colours are read
 POWER = 0.72  # the error of n directions falls as n to this
 LEAST_TOLD = 1e-3  # of the target, see RayState.told
-SHARES = {"rays": 0.6, "shadows": 0.25, "nodes": 0.55, "sent": 0.5, "lamps": 0.7}  # of the error that is left, at most
-MOST_FINER = 64  # times as many points of sources at the nodes
+SHARES = {"rays": 0.6, "shadows": 0.25, "nodes": 0.55, "sent": 0.5, "lamps": 0.9}  # of the error that is left, at most
+MOST_FINER = 4  # times as many points of sources at the nodes
 REACHED = 0.95  # of the target: what is worked towards
 STEP = 32  # of directions where colours are read
 SPARE = 1.15  # times as small as its share the error of the nodes' rays becomes: all begin anew, not for a little
