@@ -68,13 +68,15 @@ class Check:
         sent, of_rays = (yield from in_thread(self._sent)), (yield from self._passed(own))
         # of one sign, and no matter of how many rays there are
         lost = yield from self._passed(np.repeat(state.lost[:, None], 3, axis=1))
-        self.passed = sent + of_rays + lost
+        lamps = yield from self._passed(HALF * state.lamps)
+        self.passed = sent + of_rays + lost + lamps
         whole = partial(self._relative, nodes.surface, nodes.weight)
         self.parts = {
             "rays": rays,
             "shadows": float(np.hypot(shadows, whole(lost, DIM_WITHIN))),
             "sent": whole(sent),
             "nodes": whole(of_rays, DIM_WITHIN) + CORRELATED * dim * of_nodes,
+            "lamps": whole(lamps, DIM_WITHIN),
             "solver": float(state.left),
         }
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
@@ -101,6 +103,8 @@ class Check:
     def _passed(self, error):
         """(n,) Squares of what errors (n, 3) of the light at the nodes cost once passed on; yields."""
         state, nodes = self.state, self.state.nodes
+        if not error.any():
+            return np.zeros(len(nodes))
         passed = yield from in_thread(passed_on, state.rows.times, nodes.reflectance, error, state.amplified)
         return ((nodes.reflectance * passed) ** 2).sum(axis=1)
 

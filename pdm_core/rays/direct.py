@@ -15,7 +15,7 @@ from ..tolerances import FAINT, TINY
 from .bundles import NOTHING, along
 from .grid import batches
 from .perspective import seen_from
-from .tally import Tally
+from .tally import Tally, unseen
 from .tinted import colours_of
 
 COARSE = 0.02  # target from which on few points of a source will do
@@ -28,7 +28,7 @@ SCATTERED = 2, 24  # points of a source for each of many receivers, of one of TU
 GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
-TURNS = 3  # sets of points that these places see in turn: by one set all nodes would be wrong alike
+TURNS = 3  # sets of points that these receivers see in turn
 POWER = 0.75  # of n points: the error of a share that they tell, where part is seen, is about 1 / (2 n)^POWER
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points, the same ones at all places
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
@@ -44,22 +44,17 @@ class Shares:
         self.facets, self.sources, self.counts = facets, sources, counts
         self.seen = np.zeros((2, len(sources)))
 
-    def learn(self):
-        """Takes what was seen so far for usual; not while colours are read, lest one place hang on the others."""
-        for source, did, would in zip(self.sources, *self.seen):
-            source.partly = float(min(did / max(would, 1.0), 1.0))
-
-    def at(self, receivers, tolerance, relative, points, turns=1):
+    def at(self, receivers, tolerance, relative, points, sets=(0,)):
         """Generator with a sign of life a bundle; returns factor (n, k, 3), error (n,) of the light, and lost (n,),
         the light of sources that no point stands for: too much of it is taken, if anything.
 
         tolerance: of irradiance / pi, of all or of each (n,), for all sources together, or relative, of the light there
-        unhidden, where that is more; points: of a source, at first and at most; turns: of how many sets of points
-        receivers see one each, in turn."""
+        unhidden, where that is more; points: of a source, at first and at most; sets (j,): of these, which
+        receivers see in turn: of several what is seen is usual from then on, but not where colours are read, lest one
+        place hang on the others."""
         n = len(receivers)
-        many = len({id(source.whole) for source in self.sources}) > MANY
-        if many:  # some are too bright and some too dark
-            turns = 1
+        many, learns = len({id(source.whole) for source in self.sources}) > MANY, len(sets) > 1
+        sets = np.zeros(1, int) if many else np.array(sets)  # of many some are too bright and some too dark
         tolerance = np.broadcast_to(tolerance, n)
         factor = np.zeros((n, len(self.sources), 3), np.float32)
         error2, total, lost = np.zeros((3, n))
@@ -77,16 +72,17 @@ class Shares:
             may = np.maximum(np.maximum(tolerance[lit], relative * total[lit]), 1e-300)
             unsure = np.sqrt(light * total[lit]) / may
             needed = unsure ** (1 / POWER) / 2
-            share, (off, between) = np.ones((len(lit), 3)), np.zeros((2, len(lit)))
+            share, (off, between, alike) = np.ones((len(lit), 3)), np.zeros((3, len(lit)))
             few = points[0] // FACTOR
             most = few if many else points[0]
             begun = np.select([needed <= 1, needed <= few], [1, few], most)
             for begin in np.unique(begun):
                 some, count = np.flatnonzero(begun == begin), begin
                 while len(some):
-                    part = receivers.take(lit[some])
-                    found = yield from self._share(source, part, count, whole[lit[some]], turns, lit[some] % turns)
+                    part, turn = receivers.take(lit[some]), sets[lit[some] % len(sets)]
+                    found = yield from self._share(source, part, count, whole[lit[some]], sets.max() + 1, turn)
                     share[some], off[some], between[some], agree, number = found
+                    alike[some] = np.where(agree, number, 0)
                     if count == begin:
                         self.seen[:, k] += (~agree).sum(), (1 - 1 / number).sum()
                     again = np.where(agree, off[some] * unsure[some] > 1, needed[some] > count)
@@ -95,6 +91,10 @@ class Shares:
                     again |= (lacks > BETWEEN) & (count < STAND)
                     count *= FACTOR
                     some = some[again]
+            if learns:
+                did, would = self.seen[:, k]
+                source.partly = float(min(did / max(would, 1.0), 1.0))
+                off[alike > 0] = unseen(alike[alike > 0], source.partly)
             tint, told = yield from colours_of(source, receivers.take(lit), points[0], self.facets.centre)
             factor[lit, k] = whole[lit, None] * share * tint
             error2[lit] += (light * np.maximum(np.maximum(off, between), told)) ** 2
@@ -159,12 +159,12 @@ class Shares:
             out[~np.append(source.receivers, True)[receivers.surface]] = 0.0  # the last in free space
         return out
 
-    def _share(self, source, receivers, count, whole, turns=1, turn=0):
+    def _share(self, source, receivers, count, whole, turns, turn):
         """Shares seen (n, 3), how far they may be off (n,), the part of the light that no point stands for (n,); for
         which all points agree (n,), and how many these count for (n,); of so many sets of points receivers see those of
         their turn (n,)."""
         place, normal, weight = source.samples(count * turns)
-        turns, turn = min(turns, len(place)), np.broadcast_to(turn, len(receivers))
+        turns = min(turns, len(place))
         tint, own, weight = source.tint(place), np.arange(len(place)) % turns, turns * weight
         tally = Tally(source, receivers.points + self.facets.centre, len(place) // turns, turns)
         for some, mine in _blocks(len(place), len(receivers), self.facets):

@@ -15,7 +15,7 @@ from ..signs_of_life import finish, in_thread
 from .aimed import spots_of
 from .amplified import amplification
 from .covered import covered
-from .direct import AT_NODES, COARSE, COMPARED, FINE, READ, TURNS, Shares
+from .direct import AT_NODES, COARSE, COMPARED, FINE, READ, Shares
 from .facets import Facets
 from .glare import glare_of
 from .grid import batches
@@ -28,6 +28,10 @@ from .thinned import FORETOLD, thinned
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
 TOLD_BRIGHT = 0.5  # of what direct light may be off by, where it is brighter than in the mean: relative to that there
 AT_NODES_TOLD = 3.0  # of the target: the same at one of the places of a node, which stand for it together
+# of a lamp's points, which set each of the places LIT sees, as by one set all nodes would be wrong alike: places of
+# a set are about the middle of their cell; what halves of the sets tell more than the others
+SETS = np.array([0, 1, 2, 3, 1, 0, 3, 2])
+HALVES = np.array([[1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]])[:, SETS] / LIT
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 
 
@@ -46,10 +50,12 @@ class RayState:
         self.factor = np.zeros((0, len(self.sources), 3), np.float32)
         self.spread = np.zeros(0)  # of the direct light within each node's cell
         self.unsure_lit = np.zeros(0)  # how far the direct light at a node's places may be off
+        self.lamps = np.zeros((0, 3))  # how far it is off in their mean, as three halves of them tell
         self.lost = np.zeros(0)  # what of it is of no point of a source, in the mean of these places
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
         self.told = 1.0  # of the target: what direct light may be off by where part of a source is seen, in few places
+        self.finer = 1  # times as many points of sources at the nodes as usual
         self.level = 0.0
         self.glares = {}  # by the number of directions of those who see it
 
@@ -76,23 +82,32 @@ class RayState:
         yield from self.trace(changed)
         if count is not None:
             yield from self.trace(np.flatnonzero(old >= 0))
+        yield from self.light_up(old)
+        yield from in_thread(self.link)
+
+    def light_up(self, old):
+        """Direct light of the nodes that old (n,) does not know, -1; yields."""
+        for name in ("factor", "spread", "unsure_lit", "lamps", "lost"):
+            setattr(self, name, _carried(getattr(self, name), old))
         new = np.flatnonzero(old < 0)
-        lit, told = self.nodes.lit_places(new), AT_NODES_TOLD * self.target
-        each, off, lost = yield from self.shares.at(lit, told * self.scale(), told, AT_NODES, TURNS)
-        self.shares.learn()
+        lit, told = self.nodes.lit_places(new), AT_NODES_TOLD * self.target / self.finer
+        points = tuple(self.finer * count for count in AT_NODES)
+        each, off, lost = yield from self.shares.at(lit, told * self.scale(), told, points, SETS)
         if not self.aimed:
             each = np.concatenate([each, (yield from self._take_spots(each, lit, told))], axis=1)
-            self.factor = np.zeros((0, *each.shape[1:]), np.float32)
+            self.factor = np.zeros((len(new), *each.shape[1:]), np.float32)
         each[:, self.beamed] = 0.0
         each = each.reshape(len(new), LIT, *each.shape[1:])
-        self.factor, self.spread, self.unsure_lit, self.lost = (
-            _carried(a, old) for a in (self.factor, self.spread, self.unsure_lit, self.lost)
-        )
         self.unsure_lit[new] = np.sqrt((off.reshape(len(new), LIT) ** 2).mean(axis=1))
         self.lost[new] = lost.reshape(len(new), LIT).mean(axis=1)
         self.factor[new] = each.mean(axis=1)
-        self.spread[new] = np.linalg.norm(np.einsum("nlkc,kc->nlc", each, self.light).std(axis=1), axis=1)
-        yield from in_thread(self.link)
+        light = np.einsum("nlkc,kc->nlc", each, self.light)
+        self.spread[new] = np.linalg.norm(light.std(axis=1), axis=1)
+        self.lamps[new] = light.mean(axis=2) @ HALVES.T
+        self._take_direct()
+
+    def _take_direct(self):
+        self.direct = np.einsum("nkc,kc->nc", self.factor, self.light)
 
     def trace(self, which):
         """Rays of the nodes which (k,), from each of their places in turn; yields."""
@@ -103,7 +118,7 @@ class RayState:
         """Adds spots of narrow beams to the sources, where places lit have factors each (n, k, 3); returns those of the
         spots (n, spots, 3), of which so much may be off; yields."""
         spots = yield from spots_of(self, (each > 0).any(axis=2).sum(axis=0))
-        steps = Shares(self.facets, spots, self.counts).at(lit, told * self.scale(), told, AT_NODES, TURNS)
+        steps = Shares(self.facets, spots, self.counts).at(lit, told * self.scale(), told, AT_NODES, SETS)
         own = (yield from steps)[0]
         self._take_sources(self.sources + spots)
         self.aimed = True
@@ -122,10 +137,9 @@ class RayState:
         return self.level if self.level > 0 else foreseen_level(self.sources, self.facets)
 
     def link(self):
-        """The rows of all nodes, and their own light: direct, and what they send whatever they receive."""
+        """The rows of all nodes, and their own light: what they send whatever they receive."""
         self.rows = Gathered(self.traced, self.nodes, self.scene)
         vars(self).pop("narrow", None)
-        self.direct = np.einsum("nkc,kc->nc", self.factor, self.light)
         own = self.nodes.surface
         self.shining = np.where(self.by_rays[own, None], self.scene.emission[own], 0.0)
 
@@ -240,11 +254,13 @@ class RayState:
         self.facets = self.nodes.facets
         self._take_sources(relit(self.sources, scene))
         before = np.linalg.norm(self.direct, axis=1)
+        self._take_direct()
         self.link()
         now = np.linalg.norm(self.direct, axis=1)
         usual = now.sum() / before.sum() if before.any() else 1.0  # of what is lost where no light was found
         brighter = np.divide(now, before, out=np.full(len(now), usual), where=before > 0)
         self.spread, self.unsure_lit, self.lost = (a * brighter for a in (self.spread, self.unsure_lit, self.lost))
+        self.lamps = self.lamps * brighter[:, None]
 
 
 def _carried(values, old):

@@ -14,6 +14,7 @@ from ..layers import look_inward
 from ..shapes.plane import Planes
 from ..shapes.shape import PARALLEL, box_of, unit
 from ..tolerances import CLEAR, KEPT
+from .near_facets import near_facets
 from .near_flats import WIDER, near_flats
 
 PARTED = KEPT + CLEAR  # tolerances between layers of shapes in one plane: more than what hides, and their own rounding
@@ -89,7 +90,7 @@ class Facets:
     def only(self, flat, ball):
         """Some of them alone: which facets (k,), which balls (j,)."""
         out = copy.copy(self)
-        for name in ("boxes", "spheres", "near_flats"):
+        for name in ("boxes", "spheres", "near_flats", "near_facets"):
             vars(out).pop(name, None)
         both = np.concatenate([flat, self.count + ball])
         for which, names in (
@@ -143,6 +144,11 @@ class Facets:
     def near_flats(self):
         """See near_flats; a list, as what parts cells and what points are moved off both go through it."""
         return list(near_flats(self))
+
+    @cached_property
+    def near_facets(self):
+        """See near_facets; a list, as meshes' light is kept anew where that gets finer."""
+        return list(near_facets(self))
 
     @property
     def count(self):

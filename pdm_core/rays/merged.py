@@ -73,7 +73,7 @@ class Merged:
         key = scene.shape_of[k]
         split, group = self.split[key], self.group[key].ravel()
         area, begin = np.repeat(split.areas / 3, 3), self.first_part[self.facets.first[key]]
-        points = self.cuts.thirds(begin, begin + len(split)).reshape(-1, 3) + self.facets.centre
+        points = self.cuts.third[begin : begin + len(split)].reshape(-1, 3) + self.facets.centre
         weight = np.bincount(group, area)
         # of each group places by equal parts of its area
         order = np.argsort(group, kind="stable")

@@ -132,7 +132,7 @@ class Nodes:
 
     def _forget(self):
         """What is worked out of the nodes as they were."""
-        for name in ("weight", "reflectance", "parted", "lost", "middle"):
+        for name in ("weight", "reflectance", "parted", "lost"):
             vars(self).pop(name, None)
 
     def of(self, scene):
@@ -190,17 +190,12 @@ class Nodes:
         s, t = at.T
         weight, none = np.stack([1 - s - t, s, t], axis=1), self.lost[node]
         some, beyond = np.flatnonzero(cuts.touched[part]), none.copy()
-        beyond[some] |= cuts.apart(part[some], at[some], self.middle[node[some]])
+        beyond[some] |= cuts.apart(part[some], at[some])
         for gone in (none, beyond):
             left = np.where(gone, 0, weight)
             total = left.sum(axis=1, keepdims=True)
             weight = np.where(total > 0, left / np.where(total > 0, total, 1), weight)
         return node, weight
-
-    @cached_property
-    def middle(self):
-        """(n, 3) m about the facets' centre, of those of their places that light comes to."""
-        return self.places.points.reshape(-1, PLACES, 3).mean(axis=1)
 
     @cached_property
     def lost(self):

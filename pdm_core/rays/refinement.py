@@ -5,12 +5,14 @@ import numpy as np
 from ..plan import RAY_MEMORY
 from ..signs_of_life import in_thread
 from .check import SAFETY
+from .direct import FACTOR
 from .rows import Traced, directions
 
 MOST_RAYS = 4096  # directions of a point where colours are read
 POWER = 0.72  # the error of n directions falls as n to this
 LEAST_TOLD = 1e-3  # of the target, see RayState.told
-SHARES = {"rays": 0.6, "shadows": 0.25, "nodes": 0.55, "sent": 0.5}  # of the error that is left, each part's at most
+SHARES = {"rays": 0.6, "shadows": 0.25, "nodes": 0.55, "sent": 0.5, "lamps": 0.9}  # of the error that is left, at most
+MOST_FINER = 4  # times as many points of sources at the nodes
 REACHED = 0.95  # of the target: what is worked towards
 STEP = 32  # of directions where colours are read
 SPARE = 1.15  # times as small as its share the error of the nodes' rays becomes: all begin anew, not for a little
@@ -34,6 +36,9 @@ def improve(check):
     if excess["shadows"] > 1 and state.told > LEAST_TOLD:
         state.told *= max(0.7 / excess["shadows"], 0.1)
         check.looked, did = None, True
+    again = excess["lamps"] > 1 and state.finer < MOST_FINER
+    if again:
+        state.finer *= FACTOR
     count = finer_directions(state, excess["nodes"]) if excess["nodes"] > 1 else None
     finer = (yield from finer_nodes(check, excess["sent"], count)) if excess["sent"] > 1 else None
     if finer is not None:
@@ -43,7 +48,9 @@ def improve(check):
         state.traced = Traced(len(state.nodes), directions(count))
         yield from state.trace(np.arange(len(state.nodes)))
         yield from in_thread(state.link)
-    return did or finer is not None or count is not None
+    if again:
+        yield from state.light_up(np.full(len(state.nodes), -1))
+    return did or again or finer is not None or count is not None
 
 
 def excess_of(parts, target, stuck=0.0):

@@ -28,7 +28,8 @@ def test_errors_that_rose_meanwhile_count_nothing():
 def test_cells_that_must_become_smaller_are_foretold_to_take_longer():
     """By rays: what the cells hold of the error counts once more; what was reached before is read off."""
     solution = finish(ray_steps(Scene([Surface(plane, 0.5, 1.0) for plane in cube_planes()]), 0.05, None, ""))
-    solution.error, solution.history, even = 0.04, [(1.0, 0.2), (2.0, 0.04)], {"shadows": 0.0, "nodes": 0.001}
+    solution.error, solution.history = 0.04, [(1.0, 0.2), (2.0, 0.04)]
+    even = {"shadows": 0.0, "nodes": 0.001, "lamps": 0.0}
     seconds = []
     for rays, sent in ((0.023, 0.0), (0.018, 0.012), (0.005, 0.023)):
         solution.error_parts = {**even, "rays": rays, "sent": sent}

@@ -40,10 +40,11 @@ def test_light_that_rows_make_from_nothing_is_stated(seed):
     assert verdict.holds and not verdict.refused, verdict
 
 
-@pytest.mark.parametrize("seed", [70032, 1000167, 1000271])
+@pytest.mark.parametrize("seed", [70032, 1000167, 1000271, 7001054, 7001206, 8000146])
 def test_shining_balls_that_are_partly_within_others_by_rays(seed):
     """Of the fuzz's scenes, between white walls: the same two points of a ball told all nodes how much of it is seen,
-    so that it gave too little to all: 2.9 % was measured where 1.3 was stated."""
+    so that it gave too little to all: 2.9 % was measured where 1.3 was stated. What of a plane's points is within a
+    white ball, one or two of twelve, is passed on as one error of all who see it: 3.7 % for 1.4."""
     verdict = judge(scene, seed, target=TARGET, limit=None, variant=VARIANTS[seed % len(VARIANTS)])
     assert verdict.holds and not verdict.refused, verdict
 

@@ -1,4 +1,4 @@
-"""Meshes that flat shapes run through, by rays: their light on one side of these is none on the other."""
+"""Meshes that other shapes run through, by rays: their light on one side of these is none on the other."""
 
 import numpy as np
 import pytest
@@ -80,6 +80,46 @@ def test_houses_in_a_valley_are_lit_from_the_ground_on(place, steps):
         assert np.abs(solution.radiance(0, place(beside)) - 1).max() < 0.04
 
 
+def ground(steps=16):
+    """A sheet, 4 m wide, that rises and falls by .1: vertices, faces."""
+    x, y = np.meshgrid(np.linspace(-2, 2, steps + 1), np.linspace(-2, 2, steps + 1), indexing="ij")
+    k = np.arange(x.size).reshape(x.shape)
+    faces = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
+    return np.stack([x, y, 0.1 * np.sin(2 * x) * np.cos(1.7 * y)], -1).reshape(-1, 3), faces.tolist()
+
+
+def ring(turns=32, around=16, radius=0.35):
+    """A torus of radius 1 about the third axis: vertices, faces."""
+    a, b = np.meshgrid(2 * np.pi * np.arange(turns) / turns, 2 * np.pi * np.arange(around) / around, indexing="ij")
+    out = 1 + radius * np.cos(b)
+    k = np.arange(turns * around).reshape(turns, around)
+    after, up = np.roll(k, -1, axis=0), np.roll(k, -1, axis=1)
+    faces = np.stack([k, after, np.roll(after, -1, axis=1), up], -1).reshape(-1, 4)
+    return np.stack([out * np.cos(a), out * np.sin(a), radius * np.sin(b)], -1).reshape(-1, 3), faces.tolist()
+
+
+def test_what_of_a_mesh_is_within_another_is_not_beside_it(place):
+    """A ring half sunk in ground, and another ring through it: next to where they meet a tenth of the light was lost,
+    1 to 2 % of all where .3 were stated, as what is within sees itself there and counted outside."""
+    (low, faces), (vertices, turning) = ground(), ring()
+    other = vertices[:, [0, 2, 1]] * (1, -1, 1) + [0.9, 0.1, 0.3]
+    meshes = [Mesh(place(v), f) for v, f in ((low, faces), (vertices, turning), (other, turning))]
+    solution = by_rays(Scene([Surface(m, 0.8, 0.2) for m in meshes], 1.0, rounding=2**-24), 0.02)
+    # above the ground, outside of the other ring
+    turn, up = np.random.default_rng(0).uniform(0, 2 * np.pi, (2, 400))
+    out = 1 + 0.35 * np.cos(up)
+    on = np.column_stack([out * np.cos(turn), out * np.sin(turn), 0.35 * np.sin(up)])
+    away = on - [0.9, 0.1, 0.3]
+    outside = np.hypot(np.hypot(away[:, 0], away[:, 2]) - 1, away[:, 1]) > 0.37
+    clear = outside & (on[:, 2] > 0.1 * np.sin(2 * on[:, 0]) * np.cos(1.7 * on[:, 1]) + 0.02)
+    assert np.abs(solution.radiance(1, place(on[clear])) - 1).max() < 0.02
+    at = np.random.default_rng(1).uniform(-1.9, 1.9, (600, 2))
+    from_ring = np.abs(np.hypot(*at.T) - 1) - 0.36
+    clear = (from_ring > 0) & (from_ring < 0.1) & (np.abs(at[:, 1] - 0.1) > 0.45)
+    beside = np.column_stack([at, 0.1 * np.sin(2 * at[:, 0]) * np.cos(1.7 * at[:, 1])])[clear]
+    assert np.abs(solution.radiance(0, place(beside)) - 1).max() < 0.02
+
+
 def test_a_flat_shape_is_between_places_within_its_outline_alone(place):
     """Within its box is not enough: a turned house kept the ground beside it apart too."""
     outline = place(np.array([[-1, 0, 0], [0, -1, 0], [1, 0, 0], [0, 0.2, 0], [0, 1, 0]]))
@@ -90,4 +130,6 @@ def test_a_flat_shape_is_between_places_within_its_outline_alone(place):
         [[[0.1, -0.2, 1], [0.0, -0.2, -1]], [[0.6, 0.6, 1], [0.6, 0.6, -1]], [[0.5, 0.3, 1], [0.3, 0.3, -1]]]
     )
     one, other = (place(a) - facets.centre for a in ends.swapaxes(0, 1))
-    assert cuts.between(np.zeros(3, int), one[:, None], other[:, None])[:, 0].tolist() == [True, False, False]
+    facet = np.flatnonzero(facets.shape[: facets.count] == 0)
+    found = [cuts.between(facet, np.tile(p, (len(facet), 1, 1)), q[None, None]).any() for p, q in zip(one, other)]
+    assert found == [True, False, False]
