@@ -25,7 +25,7 @@ def thinned(gather, receivers, tolerance, apart):
     tolerance (n,), and is gathered where apart (n,) bool, as it may jump there; yields."""
     number = np.where(receivers.surface >= 0, receivers.surface, receivers.surface.max(initial=0) + 1)
     surfaces = np.unique(receivers.surface[receivers.surface >= 0])
-    many = surfaces[np.bincount(number)[surfaces] >= MANY]
+    many = surfaces[np.bincount(number[~apart], minlength=number.max(initial=0) + 1)[surfaces] >= MANY]
     out, known = np.zeros((len(receivers), 3)), np.zeros(len(receivers), bool)
     sheets = [Sheet(receivers, np.flatnonzero(number == k), tolerance, apart) for k in many]
     which = np.flatnonzero(apart | ~np.isin(number, many))
@@ -46,8 +46,8 @@ class Sheet:
     """The receivers `mine` (n,) of one surface; left (k,): those whose light is not known yet."""
 
     def __init__(self, receivers, mine, tolerance, apart):
-        self.mine, self.left = mine, mine[~apart[mine]]
-        self.points, self.normals, self.tolerance = receivers.points, receivers.normals, tolerance
+        self.mine = self.left = mine = mine[~apart[mine]]
+        self.points, self.normals, self.tolerance = receivers.points, receivers.normals, np.maximum(tolerance, 1e-150)
         self.low = self.points[mine].min(axis=0)
         self.size = max(float(np.ptp(self.points[mine], axis=0).max()), 1e-300)
         self.level, self.off = np.zeros(len(receivers), np.int8), np.full(len(receivers), np.inf)
