@@ -50,8 +50,11 @@ class Standing:
         """Whether segments k (n,) lie between places p and q (n, ..., 2) of their charts -> (n, ...)"""
         shape = (len(k), *(1,) * (p.ndim - 2), 2)
         a, b = self.a[k].reshape(shape), self.b[k].reshape(shape)
-        one, other = _turn(b - a, p - a), _turn(b - a, q - a)
-        return (one * other < 0) & (_turn(q - p, a - p) * _turn(q - p, b - p) <= 0)
+        out = _turn(b - a, p - a) * _turn(b - a, q - a) < 0
+        some = np.nonzero(out)  # few: the rest is worked out for them alone
+        p, q, a, b = (np.broadcast_to(value, (*out.shape, 2))[some] for value in (p, q, a, b))
+        out[some] = _turn(q - p, a - p) * _turn(q - p, b - p) <= 0
+        return out
 
 
 class Lists:
