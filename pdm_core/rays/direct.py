@@ -24,10 +24,11 @@ READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and a
 # the same where only differences count, which the same points tell alike: 1 / 64 of a lamp in the tenth of a floor that
 # sees part of it is .1 % of its light
 COMPARED = 16, 64
-SCATTERED, SETS = 8, 9  # points of a source from which one is taken, of one of so many sets of so many
+SCATTERED = 2, 24  # points of a source for each of many receivers, of one of TURNS sets of so many
 GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
+TURNS = 3  # sets of points that these receivers see in turn
 POWER = 0.75  # of n points: the error of a share that they tell, where part is seen, is about 1 / (2 n)^POWER
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points, the same ones at all places
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
@@ -101,50 +102,47 @@ class Shares:
         return factor, np.sqrt(error2), lost
 
     def scattered(self, receivers):
-        """Generator with a sign of life a bundle; returns factor (n, k, 3) as `at` does, each receiver's told by one
-        point of one source, the likelier the more they give there, others for each: right in the mean of several, not
-        of each."""
-        n = len(receivers)
-        factor, bright = np.zeros((n, len(self.sources), 3), np.float32), np.zeros((n, len(self.sources)))
+        """Generator with a sign of life a bundle; returns factor (n, k, 3) as `at` does, each receiver's share told by
+        a few of many points of a source, others for each: right in the mean of several, not of each."""
+        factor = np.zeros((len(receivers), len(self.sources), 3), np.float32)
         for k, source in enumerate(self.sources):
             whole = yield from self._unoccluded(source, receivers)
-            if source.shadows:
-                bright[:, k] = whole * source.colour.max()
-            else:
-                factor[:, k] = whole[:, None]
-        upto = bright.cumsum(axis=1)
-        at = np.arange(n) * GOLDEN % 1 * upto[:, -1:].T
-        chosen = (upto.T <= at).sum(axis=0)  # none where nothing shines
-        for k, source in enumerate(self.sources):
-            who = np.flatnonzero(chosen == k)
-            if len(who):
-                share = yield from self._scattered_share(source, receivers.take(who))
-                factor[who, k] = share * upto[who, -1:] / source.colour.max()
+            factor[:, k] = whole[:, None]
+            lit = _lit(whole)
+            if source.shadows and len(lit):
+                share = yield from self._scattered_share(source, receivers.take(lit))
+                factor[lit, k] *= share
         return factor
 
     def _scattered_share(self, source, receivers):
-        """Shares seen (n, 3) by a point each, the likelier the more it gives there, one of those of a set for each: as
-        all points would tell in the mean of several receivers; yields."""
-        n = len(receivers)
-        place, normal, weight = source.samples(SETS * SCATTERED)
-        tint, sets = source.tint(place), min(SETS, len(place))
-        which = np.full(n, -1)
-        for part, turn in product(slices(n, sets * AT_ONCE // SCATTERED), range(sets)):
-            mine, own = np.arange(n)[part][turn::sets], np.arange(turn, len(place), sets)
+        """Shares seen (n, 3) by SCATTERED points each, the likelier the more a point gives there: as all points would
+        tell in the mean of several receivers; yields."""
+        few, most = SCATTERED  # of many sources fewer points are as many in all
+        most = max(most * MANY // max(len(self.sources), MANY), FACTOR * few)
+        place, normal, weight = source.samples(TURNS * most)
+        tint, n = source.tint(place), len(receivers)
+        point, some_shine = np.zeros((n, few), int), np.zeros(n, bool)
+        turns = min(TURNS, len(place))
+        for part, turn in product(slices(n, max(AT_ONCE // most, 1)), range(turns)):
+            mine = np.arange(n)[part][turn::turns]
+            own = np.arange(turn, len(place), turns)
             normals = None if normal is None else normal[own]
             upto = self._values(source, place[own], normals, receivers.take(mine)) * weight[own, None]
             upto = upto.cumsum(axis=0)
-            at = mine * GOLDEN % 1 * upto[-1]
-            point = own[np.minimum((upto <= at).sum(axis=0), len(own) - 1)]
-            which[mine] = np.where(upto[-1] > 0, point, -1)
+            at = (np.arange(few) + mine[:, None] * GOLDEN % 1) / few * upto[-1][:, None]
+            point[mine] = own[np.minimum((upto[:, :, None] <= at).sum(axis=0), len(own) - 1)]
+            some_shine[mine] = upto[-1] > 0
             yield
-        seen = np.ones((n, 3))  # of which no point tells
-        for some in batches(len(place), n // len(place), self.facets):
-            who = np.flatnonzero((which >= some[0]) & (which <= some[-1]))
-            who = who[np.argsort(which[who], kind="stable")]
-            got = self._visible(source, place[some], receivers, which[who] - some[0], who)
-            self.counts["shadow rays"] += len(who)
-            seen[who] = got[:, None] if tint is None else got[:, None] * tint[which[who]]
+        whose = np.repeat(np.arange(n), few)
+        which = np.where(some_shine[whose], point.ravel(), -1)
+        seen = np.where(some_shine, 0.0, 1.0)[:, None] * np.ones(3)
+        for some in batches(len(place), len(which) // len(place), self.facets):
+            pairs = np.flatnonzero((which >= some[0]) & (which <= some[-1]))
+            pairs = pairs[np.argsort(which[pairs], kind="stable")]
+            got = self._visible(source, place[some], receivers, which[pairs] - some[0], whose[pairs]) / few
+            self.counts["shadow rays"] += len(pairs)
+            for c in range(3):
+                seen[:, c] += np.bincount(whose[pairs], got if tint is None else got * tint[which[pairs], c], n)
             yield
         return seen
 

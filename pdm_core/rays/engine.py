@@ -24,7 +24,6 @@ from .nodes import LIT, Nodes
 from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import foreseen_level, met_by_rays, relit, sources_of
 from .thinned import FORETOLD, thinned
-from .where import parted_near
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
 TOLD_BRIGHT = 0.5  # of what direct light may be off by, where it is brighter than in the mean: relative to that there
@@ -33,7 +32,6 @@ AT_NODES_TOLD = 3.0  # of the target: the same at one of the places of a node, w
 # a set are about the middle of their cell; what halves of the sets tell more than the others
 SETS = np.array([0, 1, 2, 3, 1, 0, 3, 2])
 HALVES = np.array([[1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]])[:, SETS] / LIT
-DRAWN = 0.2  # of the target: what indirect light may be off by as only some hits near by are asked for their own
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 
 
@@ -206,9 +204,9 @@ class RayState:
 
     def gather(self, receivers, count):
         """Indirect light and the sky's at receivers by `count` directions -> (n, 3); yields."""
+        is_mesh = (self.facets.own < 0)[self.scene.shape_of]
         may = FORETOLD * self.target * self._level_at(receivers)
-        apart = yield from in_thread(parted_near, self.nodes, receivers.surface, receivers.points + self.facets.centre)
-        return (yield from thinned(lambda some: self._gathered(some, count), receivers, may, apart))
+        return (yield from thinned(lambda some: self._gathered(some, count), receivers, is_mesh, may))
 
     def _gathered(self, receivers, count):
         """The same, at each of them."""
@@ -227,15 +225,9 @@ class RayState:
             total += light.reshape(len(some), n, 3).sum(axis=0)
             weight += cosine.reshape(len(some), n).sum(axis=0)
         self.counts["rays"] += n * count
-        self.counts["gathered"] += n
-        total += yield from near.settle(self.may_miss(receivers, total, weight))
+        total += yield from near.settle()
         total /= np.maximum(weight, 1e-300)[:, None]
         return total if glare is None else total + (yield from glare.at(receivers)).mean(axis=0)
-
-    def may_miss(self, receivers, total, weight):
-        """(n,) How far sums of light total (n, 3), of so much weight (n,), may be off by what is drawn at random."""
-        light = TOLD_BRIGHT * np.linalg.norm(total, axis=1)
-        return DRAWN * self.target * np.maximum(self._level_at(receivers) * weight, light)
 
     def lit(self, receivers, roughly=False):
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""

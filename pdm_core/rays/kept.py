@@ -46,8 +46,7 @@ class KeptRays(KeptGroups):
         for j, direction in enumerate(directions(state.read)):
             self._along(state, receivers, j, direction, light, near)
             yield (len(state.sources) + j / state.read) / total
-        may = state.may_miss(receivers, light, self.outside.total)
-        light += yield from mapped(near.settle(may), lambda _: 1.0)
+        light += yield from mapped(near.settle(), lambda _: 1.0)
         self.outside.settle()
         for array in (light, self.rows):
             array /= self.outside.total[:, None]

@@ -9,27 +9,27 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ..at_once import AT_ONCE, slices
+from ..at_once import in_turn, slices
 from ..shapes.sphere import Sphere
 from .nodes import PLACES, place_of
 from .placed import at_hits
 from .rows import bundle, directions, light_of
 
 UNEVEN = 2.5  # of the target and the mean light: root mean square within a cell from which on it is uneven
+MOST_UNEVEN = 0.25  # of the mean light, from which on all rays go on
 REACH = 4.0, 0.5  # sizes of a cell within which a hit is near, where it is uneven and where it is lit by such
 SHOWN = 0.1  # of all that a cell sees: uneven ones from which on it is lit by such
-# directions of a receiver whose hits are looked at: of fewer several rays may go on from each, of more only some are
-# taken
+# directions of a receiver whose hits are looked at: of fewer several rays go on from each, of more only some are taken
 FEW, ENOUGH = 512, 1024
 ASKED = 64  # rays of a node that tell whether it lies in a gap
 NARROW, MOSTLY = 0.5, 0.5  # sizes of a cell within which, and of all that it sees, most is where it lies in a gap
 MOST, PAIRS = 1 << 18, 1 << 20  # hits, and pairs of them and sources, that are worked out anew: the nearest ones
 KEPT = 2  # times as many are kept meanwhile
-# steps from one hit to the next in what is drawn for it, of each time that rays go on, unlike those in which directions
-# turn about their axis
+# of each time that rays go on, at first in a quarter as many directions as they came in, then in half as many as
+# before, spread over the hits: steps from one hit to the next, unlike those in which directions turn about their axis
 TURNS = np.sqrt([2, 3, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41]) % 1
-SURE = 2  # of a usual hit's worth the part, one by this, that still goes on for certain where one ray goes on at most
-WAYS, BUNDLED = (16, 128), 1 << 11  # directions in which rays go on, at least and at most; rays in each, at least
+LEAST_WAYS = 16  # directions: of fewer the steep ones, which lead out of gaps, would count for too much
+USUAL = 5  # of them, but for those in gaps
 
 
 @dataclass
@@ -71,15 +71,13 @@ class NearHits:
     def __init__(self, state, receivers, count):
         self.state, self.receivers, nodes = state, receivers, state.nodes
         # shadows may end between the places that tell how uneven a cell is: then it differs from the one beside it
-        bright = nodes.reflectance.max(axis=1, initial=0.0)
-        most = UNEVEN * state.target * state.level * bright.max(initial=0.0)
-        self.uneven = np.maximum(state.spread * bright, state.bent)
-        uneven = self.uneven > most
+        uneven = np.maximum(state.spread * nodes.reflectance.max(axis=1, initial=0.0), state.bent)
+        uneven = uneven / max(state.level * nodes.reflectance.max(initial=0.0), 1e-300)
+        self.ways = np.minimum(uneven / MOST_UNEVEN, 1.0)  # (nodes,) of the rays that go on, as many as are worth it
+        self.ways[state.narrow] = 0.0  # there all go on, again and again
+        uneven = uneven > UNEVEN * state.target
         shown = state.rows.times(uneven[:, None].astype(float))[:, 0] > SHOWN if uneven.any() else uneven
         self.reach = np.select([uneven, shown | state.narrow], REACH) * np.sqrt(nodes.weight)
-        # the light of gaps is none of what their cells tell
-        gap = np.linalg.norm(state.sent[state.narrow], axis=1).max(initial=0.0)
-        self.uneven = np.maximum(self.uneven, np.where(state.narrow, gap, most))  # (nodes,) of what they send
         self.most = min(MOST, PAIRS // max(len(state.sources), 1))
         self.found, self.count = [], 0
         self.every, self.again, self.bundles = -(-count // ENOUGH), -(-FEW // count), 0
@@ -90,7 +88,7 @@ class NearHits:
             return
         near, each = self._near(rays, self.receivers), max(len(self.receivers), 1)
         near.weight *= self.every * np.abs(rays.cosine[near.number])[:, None]
-        skipped = (self.bundles + near.number // each) % self.every
+        near.number, skipped = np.divmod(self.bundles + near.number // each, self.every)
         self.bundles += len(rays.cosine) // each
         self.found.append(near.take(skipped == 0))
         self.count += len(self.found[-1])
@@ -115,17 +113,15 @@ class NearHits:
         nearest = np.argsort(found.far, kind="stable")[: self.most]
         return found.take(np.sort(nearest))
 
-    def settle(self, off):
-        """Generator with signs of life; returns (n, 3), what they tell more, of which so much, off (n,), may be wrong
-        as only some are asked."""
+    def settle(self):
+        """Generator with signs of life; returns (n, 3), what they tell more."""
         out = np.zeros((len(self.receivers), 3))
         if not self.found:
             return out
         state, hits = self.state, self._nearest()
-        hits = hits.take(np.argsort(hits.who, kind="stable"))
-        unit = self._unit(hits, off)
-        for turn in TURNS:
-            hits, each = _asked(hits, np.minimum(self._worth(hits) / unit[hits.who], self._most(hits)), turn)
+        again, ways = self.again, self.again * self.bundles // self.every // 2
+        for k, turn in enumerate(TURNS):
+            hits = hits if k < USUAL else hits.take(state.narrow[hits.node[:, 0]])
             if not len(hits):
                 break
             hits.weight *= hits.of(state.nodes.reflectance)
@@ -133,84 +129,52 @@ class NearHits:
             yield
             light = np.where(state.beamed[:, None], 0.0, state.light)
             factor = yield from state.shares.scattered(there)
-            out += self._summed(hits, np.einsum("nkc,kc->nc", factor, light) - hits.of(state.received))
+            more = np.einsum("nkc,kc->nc", factor, light) - hits.of(state.received)
+            out += self._summed(hits, more)
             yield
-            index = np.repeat(np.arange(len(hits)), each)
+            # where more is at stake, the more rays go on
+            each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1, again).astype(int)
+            index, turn_of = in_turn(each)
             hits, there, each = hits.take(index), there.take(index), each[index]
             hits.weight /= each[:, None]
-            more, onward = yield from self._onward(hits, there, turn)
+            hits.number = again * hits.number + turn_of * again // each
+            again, ways = 1, max(ways // 2, LEAST_WAYS)
+            yield
+            more, onward = yield from self._onward(hits, there, turn, directions(ways))
             yield
             out += self._summed(hits, more)
             hits = onward
         return out
 
-    def _worth(self, hits):
-        """(h,) How much _Hits may tell their receivers."""
-        there = np.where(hits.basis > 0, self.uneven[hits.node], 0.0).max(axis=1, initial=0.0)
-        return hits.weight.mean(axis=1) * there
-
-    def _unit(self, hits, off):
-        """(n,) Of receivers the worth of _Hits from which one ray goes on: so that off (n,) is what they are wrong by
-        in the root mean square, or that as many go on as there may be."""
-        n = len(self.receivers)
-        total = np.maximum(np.bincount(hits.who, self._worth(hits), n), 1e-150)
-        most = self._most(hits)
-        most = np.bincount(hits.who, np.where(most > 1, most, SURE), n)
-        return np.maximum(off**2 / total, total / np.maximum(most, 1))
-
-    def _most(self, hits):
-        """(h,) How many rays may go on from each of _Hits."""
-        return np.where(self.state.narrow[hits.node].any(axis=1), 1, self.again)
-
     def _summed(self, hits, more):
         """(n receivers, 3) What more (h, 3) the _Hits tell, by their weights."""
         return np.stack([np.bincount(hits.who, c, len(self.receivers)) for c in (hits.weight * more).T], axis=1)
 
-    def _onward(self, hits, there, turn):
-        """One ray from each hit, along one of some ways: what it tells of the light of others and the sky (h, 3), and
+    def _onward(self, hits, there, turn, ways):
+        """One ray from each hit, along one of ways (m, 3): what it tells of the light of others and the sky (h, 3), and
         the near _Hits of those rays; yields."""
         state, found = self.state, [hits.take(slice(0))]
-        ways = directions(int(np.clip(len(hits) // BUNDLED, *WAYS)))
-        way, light, sent = _drawn(there.normals, ways, turn), np.zeros((len(hits), 3)), state.sent.astype(np.float32)
-        order = np.argsort(way, kind="stable")
-        for some in np.split(order, np.flatnonzero(np.diff(way[order])) + 1):
-            from_, one = there.take(some), ways[way[some[:1]]]
+        way = (hits.number * turn % 1 * len(ways)).astype(int)
+        light, cosine, sent = np.zeros((len(hits), 3)), np.zeros(len(hits)), state.sent.astype(np.float32)
+        for k in np.unique(way):
+            some = np.flatnonzero(way == k)
+            from_, one = there.take(some), ways[k : k + 1]
             rays = bundle(state.facets, state.nodes, from_, one)
             yield
-            light[some] = light_of(rays, sent, state.scene, one)
+            light[some], cosine[some] = light_of(rays, sent, state.scene, one), np.abs(rays.cosine)
             near = self._near(rays, from_)
             near.number = some[near.who]
             found.append(near)
         state.counts["rays"] += len(hits)
+        # as directions are spread evenly each counts by its cosine, all of a receiver's together as much as before
+        weight = hits.weight.mean(axis=1)
+        whole, by_cosine = (np.bincount(hits.who, w, len(self.receivers)) for w in (weight, weight * cosine))
+        share = cosine * (whole / np.maximum(by_cosine, 1e-300))[hits.who]
         onward = _Hits.joined(found)
-        onward = onward.take(np.argsort(onward.number, kind="stable"))
         parent = onward.number
-        onward.who, onward.weight = hits.who[parent], hits.weight[parent]
-        return light, onward
-
-
-def _asked(hits, number, turn):
-    """Of _Hits by their receivers those of which any ray goes on, if number (h,) do in the mean: with the weights of
-    all, and how many do of each (k,); evenly spread over what each receiver is told."""
-    upto = np.cumsum(number)
-    first = np.flatnonzero(np.diff(hits.who, prepend=-1))
-    length = np.diff(first, append=len(upto))
-    begin = np.repeat((upto - number)[first] - (hits.who[first] + 1) * turn % 1, length)
-    upto -= begin
-    each = np.floor(upto + 1e-9).astype(int) - np.floor(upto - number + 1e-9).astype(int)
-    some = np.flatnonzero(each)
-    hits = hits.take(some)
-    hits.weight = hits.weight / np.minimum(number[some], 1.0)[:, None]
-    return hits, each[some]
-
-
-def _drawn(normals, ways, turn):
-    """(h,) Which of ways (m, 3), or their opposites, rays at normals (h, 3) take: as often as the cosine tells."""
-    out, step = np.empty(len(normals), int), np.arange(len(normals)) * turn % 1
-    for part in slices(len(normals), AT_ONCE // len(ways)):
-        upto = np.abs(normals[part] @ ways.T).cumsum(axis=1)
-        out[part] = (upto < step[part, None] * upto[:, -1:]).sum(axis=1)
-    return np.minimum(out, len(ways) - 1)
+        onward.who, onward.number = hits.who[parent], hits.number[parent]
+        onward.weight = hits.weight[parent] * share[parent, None]
+        return share[:, None] * light, onward
 
 
 def in_narrow(nodes, traced):

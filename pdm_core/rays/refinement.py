@@ -11,8 +11,8 @@ from .rows import Traced, directions
 MOST_RAYS = 4096  # directions of a point where colours are read
 POWER = 0.72  # the error of n directions falls as n to this
 LEAST_TOLD = 1e-3  # of the target, see RayState.told
-SHARES = {"rays": 0.6, "shadows": 0.25, "nodes": 0.55, "sent": 0.5, "lamps": 0.9}  # of the error that is left, at most
-MOST_FINER = 4  # times as many points of sources at the nodes
+SHARES = {"rays": 0.6, "shadows": 0.25, "nodes": 0.55, "sent": 0.5, "lamps": 0.7}  # of the error that is left, at most
+MOST_FINER = 16  # times as many points of sources at the nodes
 REACHED = 0.95  # of the target: what is worked towards
 STEP = 32  # of directions where colours are read
 SPARE = 1.15  # times as small as its share the error of the nodes' rays becomes: all begin anew, not for a little
@@ -25,8 +25,9 @@ KEPT_WHOLE = 0.05  # of the square of the error: cells that make no more are not
 def improve(check):
     """Work of a Check's RayState on the largest parts of its error; False where nothing is left to do; yields."""
     state, parts, did = check.state, check.parts, False
-    # what more directions and finer shadows can lower no more
-    stuck = np.hypot(parts["rays"] * (state.read >= MOST_RAYS), parts["shadows"] * (state.told <= LEAST_TOLD))
+    # what more directions, finer shadows and more points of lamps can lower no more
+    at_most = {"rays": state.read >= MOST_RAYS, "shadows": state.told <= LEAST_TOLD, "lamps": state.finer >= MOST_FINER}
+    stuck = np.linalg.norm([parts[k] for k, is_so in at_most.items() if is_so])
     excess = excess_of(parts, state.target, stuck)
     if excess["rays"] > 1 and state.read < MOST_RAYS:
         more = state.read * excess["rays"] ** (1 / POWER)
@@ -55,11 +56,13 @@ def improve(check):
 
 def excess_of(parts, target, stuck=0.0):
     """parts {name: of the error of a Check} -> {part: how many times larger it is than its share of what the target
-    allows}; of cells, which are slow to become finer, than what the others leave once they are no larger than their
-    shares, where that is more. stuck: of the error, what can be lowered no more; where that is larger than the target
-    allows, that much is allowed: smaller ones would not help."""
+    allows}; of all others than lamps, of what these leave; of cells, which are slow to become finer, than what the
+    others leave once they are no larger than their shares, where that is more. stuck: of the error, what can be
+    lowered no more; where that is larger than the target allows, that much is allowed: smaller ones would not help."""
     allowed = max(REACHED * target / SAFETY, stuck)
-    shares = {k: share * allowed for k, share in SHARES.items()}
+    lamps = min(parts["lamps"], SHARES["lamps"] * allowed)
+    shares = {k: share * np.sqrt(allowed**2 - lamps**2) for k, share in SHARES.items()}
+    shares["lamps"] = SHARES["lamps"] * allowed
     others = sum(min(v, shares.get(k, allowed)) ** 2 for k, v in parts.items() if k != "sent")
     shares["sent"] = max(shares["sent"], np.sqrt(max(allowed**2 - others, 0.0)))
     return {k: parts[k] / share for k, share in shares.items()}

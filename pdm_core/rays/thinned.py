@@ -1,4 +1,4 @@
-"""Indirect light at many places of a surface: gathered at a few of them and interpolated between, where it is smooth.
+"""Indirect light at very many places of meshes: gathered at a few of them and interpolated between, where it is smooth.
 
 Between its neighbours light is linear in the place and in the normal, by least squares whose weights end smoothly: no
 seam shows. Each place where it is gathered is foretold by the others there too; where one of them is not foretold,
@@ -12,93 +12,79 @@ from ..nearest import BITS
 from ..shapes.shape import SIDES, side_of
 from ..signs_of_life import in_thread
 
-MANY = 64  # places of a surface from which on they may be too many: of fewer, several looks cost more than one
-EACH = 32, 8  # of them in a cell, of which light is gathered at two, at first and where that does not tell
+MANY = 1 << 15  # places of a surface from which on they may be too many: below, two looks cost more than one at all
+EACH = 48  # of them in a cell, of which light is gathered at two: one look costs as much as many more in it
+FINER = 0.25  # halvings of a cell's width, from one that is tried to the next
 AROUND = 1.5  # cells within which others count
 ALIKE = 0.5  # cosine of normals from which on they do
-FORETOLD = 1.0  # of the target: how far a place may be off what the others foretell
+FORETOLD = 0.7  # of the target: how far a place may be off what the others foretell
 RIDGE = 1e-3  # of the sum of weights: what slopes cost that nothing tells
 
 
-def thinned(gather, receivers, tolerance, apart):
+def thinned(gather, receivers, is_mesh, tolerance):
     """gather(receivers) -> light (n, 3), a generator; the light (n, 3) of receivers, whose light may be off by
-    tolerance (n,), and is gathered where apart (n,) bool, as it may jump there; yields."""
-    number = np.where(receivers.surface >= 0, receivers.surface, receivers.surface.max(initial=0) + 1)
-    surfaces = np.unique(receivers.surface[receivers.surface >= 0])
-    many = surfaces[np.bincount(number[~apart], minlength=number.max(initial=0) + 1)[surfaces] >= MANY]
+    tolerance (n,), is_mesh (n surfaces,) bool; yields."""
+    number = np.where(receivers.surface >= 0, receivers.surface, len(is_mesh))
+    many = (np.bincount(number, minlength=len(is_mesh) + 1) >= MANY) & np.append(is_mesh, False)
+    if not many.any():
+        return (yield from gather(receivers))
     out, known = np.zeros((len(receivers), 3)), np.zeros(len(receivers), bool)
-    sheets = [Sheet(receivers, np.flatnonzero(number == k), tolerance, apart) for k in many]
-    which = np.flatnonzero(apart | ~np.isin(number, many))
-    for each in EACH:
-        which = np.concatenate([which, *(sheet.chosen(each) for sheet in sheets)])
+    sheets = [Sheet(receivers, np.flatnonzero(number == k), tolerance) for k in np.flatnonzero(many)]
+
+    def take(which):
         out[which] = yield from gather(receivers.take(which))
         known[which] = True
-        for sheet in sheets:
-            yield from in_thread(sheet.interpolate, out, known)
-        which = np.zeros(0, int)
-    rest = np.concatenate([which, *(sheet.left for sheet in sheets)])
+
+    yield from take(np.concatenate([np.flatnonzero(~many[number]), *(sheet.chosen() for sheet in sheets)]))
+    for sheet in sheets:
+        yield from in_thread(sheet.interpolate, out, known)
+    rest = np.concatenate([sheet.left for sheet in sheets])
     if len(rest):
-        out[rest] = yield from gather(receivers.take(rest))
+        yield from take(rest)
     return out
 
 
 class Sheet:
-    """The receivers `mine` (n,) of one surface; left (k,): those whose light is not known yet."""
+    """The receivers `mine` (n,) of one surface of a mesh; left (k,): those whose light is not known yet."""
 
-    def __init__(self, receivers, mine, tolerance, apart):
-        self.mine = self.left = mine = mine[~apart[mine]]
-        self.points, self.normals, self.tolerance = receivers.points, receivers.normals, np.maximum(tolerance, 1e-150)
+    def __init__(self, receivers, mine, tolerance):
+        self.mine, self.left = mine, mine
+        self.points, self.normals, self.tolerance = receivers.points, receivers.normals, tolerance
         self.low = self.points[mine].min(axis=0)
         self.size = max(float(np.ptp(self.points[mine], axis=0).max()), 1e-300)
-        self.level, self.off = np.zeros(len(receivers), np.int8), np.full(len(receivers), np.inf)
-        self.is_bent = np.ptp(self.normals[mine], axis=0).any()
 
-    def chosen(self, each):
+    def chosen(self):
         """(k,) Of those of each cell that look one way the lowest and the highest, which are of two layers where these
-        lie close; cells are halved until they hold at most `each`: sets `level`, how often."""
-        self.level[self.mine] += 1  # of those that are known, as the others lie closer from now on
-        side, open_ = side_of(self.normals[self.left]), np.arange(len(self.left))
-        out = [np.zeros(0, int)]
-        for level in range(BITS - 2):
-            mine = self.left[open_]
-            points, own = self.points[mine], side[open_]
-            key = SIDES * _numbered(self._cells(points, self.size / 2**level)) + own
-            order = np.lexsort((points[np.arange(len(points)), own // 2], key))
-            ends = np.flatnonzero(np.diff(key[order], prepend=-1, append=-1))
-            few = np.diff(ends) <= each
-            self.level[mine] = level
-            out += [mine[order[ends[:-1][few]]], mine[order[ends[1:][few] - 1]]]
-            open_ = open_[np.sort(order[np.repeat(~few, np.diff(ends))])]
-            if not len(open_):
+        lie close; cells of about EACH in all: sets `cell`, their width, m."""
+        points, side = self.points[self.left], side_of(self.normals[self.left])
+        for halvings in np.arange(0, BITS - 1, FINER):
+            self.cell = self.size / 2**halvings
+            key = SIDES * _numbered(self._cells(points, self.cell)) + side
+            if len(np.unique(key)) * EACH >= len(key):
                 break
-        return np.unique(np.concatenate([*out, self.left[open_]]))
+        order = np.lexsort((points[np.arange(len(points)), side // 2], key))
+        ends = np.flatnonzero(np.diff(key[order], prepend=-1, append=-1))
+        return self.left[np.union1d(order[ends[:-1]], order[ends[1:] - 1])]
 
     def interpolate(self, out, known):
         """Fills in the light out (all, 3) where it is foretold well by that of those that are known."""
         some, rest = self.mine[known[self.mine]], self.left[~known[self.left]]
-        good = np.zeros(len(rest), bool)
-        for level, which in self._by_level(some):
-            told, _ = self._fitted(some[which], out, some, level)
-            off = np.linalg.norm(told - out[some[which]], axis=1) / self.tolerance[some[which]]
-            self.off[some[which]] = np.fmin(self.off[some[which]], off)
-        for level, which in self._by_level(rest):
-            told, worst = self._fitted(rest[which], out, some, level, self.off)
-            good[which] = np.isfinite(told).all(axis=1) & (worst <= 1)
-            out[rest[which]] = told
+        told, _ = self._fitted(some, out, some)
+        off = np.full(len(out), np.inf)
+        off[some] = np.linalg.norm(told - out[some], axis=1) / self.tolerance[some]
+        off[np.isnan(off)] = np.inf
+        told, worst = self._fitted(rest, out, some, off)
+        good = np.isfinite(told).all(axis=1) & (worst <= 1)
+        out[rest[good]] = told[good]
         self.left = rest[~good]
-
-    def _by_level(self, which):
-        """Yields how often cells are halved, and which (k,) of places (n,) lie in such."""
-        for level in np.unique(self.level[which]):
-            yield level, np.flatnonzero(self.level[which] == level)
 
     def _cells(self, points, width):
         return np.minimum((points - self.low) / width, (1 << BITS) - 4).astype(np.int64) + 1
 
-    def _fitted(self, which, light, some, level, off=None):
+    def _fitted(self, which, light, some, off=None):
         """The light (k, 3) of places which (k,), from light (all, 3) at the places some (m,), themselves left out: nan
-        where too few are near, of cells halved so often; and the largest of off (all,) that counts there."""
-        width = AROUND * self.size / 2.0**level
+        where too few are near; and the largest of off (all,) that counts there."""
+        width = AROUND * self.cell
         numbers = _numbered(self._cells(self.points[some], width))
         order = np.argsort(numbers, kind="stable")
         numbers, ordered = numbers[order], some[order]
@@ -118,8 +104,7 @@ class Sheet:
                 continue
             own, begin = which[run][row], np.flatnonzero(np.diff(row, prepend=-1))
             mine = run.start + row[begin]
-            terms = [(self.points[other] - self.points[own]) / width]
-            terms += [self.normals[other] - self.normals[own]] if self.is_bent else []
+            terms = (self.points[other] - self.points[own]) / width, self.normals[other] - self.normals[own]
             terms = np.concatenate([np.ones((len(row), 1)), *terms], axis=1)
             told[mine], enough = _least_squares(weight, terms, light[other], begin)
             told[mine[~enough]] = np.nan

@@ -27,19 +27,3 @@ def nodes_near(nodes, surface, points):
         done += len(mine)
         yield done / len(points)
     return out
-
-
-def parted_near(nodes, surface, points):
-    """(n,) bool: where something stands on the cell, or runs through the part of a mesh, in which points (n, 3) m of
-    surfaces (n,), -1 in free space, lie: light may jump there."""
-    out, cuts = np.zeros(len(points), bool), nodes.meshes.cuts
-    has = (surface >= 0) & (nodes.number[surface] > 0)
-    for some in parts(np.flatnonzero(has & nodes.charts.has[surface]), AT_ONCE):
-        leaf, _, _ = nodes.lattice.at(surface[some], nodes.charts.places(surface[some], points[some]))
-        out[some] = nodes.parted.touched[leaf]
-    some = np.flatnonzero(has & ~nodes.charts.has[surface] & cuts.touched.any())
-    for k, mine in runs_of(surface[some]):
-        mine, first = some[mine], nodes.facets.first[nodes.facets.scene.shape_of[k]]
-        triangle, bary = nodes.facets.scene.surfaces[k].shape.nearest(points[mine])
-        out[mine] = cuts.touched[nodes.meshes.part(first + triangle, bary[:, 1:])[0]]
-    return out

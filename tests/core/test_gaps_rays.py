@@ -105,48 +105,9 @@ def test_all_that_glare_sends_arrives(turn, gap, monkeypatch):
     state = finish(ray_steps(Scene(paint), 0.04, None, "asked for"))._state
     x, y = square_lattice(200).T * SIZE
     wall = read_places(state.facets, np.full(len(x), 4), np.stack([x, 0 * x + SIZE, y], axis=1) @ turn.T)
-    by_points, state.glares = finish(state._gathered(wall, 64)), {1024: None}
-    by_rays = finish(state._gathered(wall, 1024))
+    by_points, state.glares = finish(state.gather(wall, 64)), {1024: None}
+    by_rays = finish(state.gather(wall, 1024))
     assert by_points.mean() == pytest.approx(by_rays.mean(), rel=0.1)
-
-
-def beside_a_rim(inside, gap):
-    """Irradiance / pi (n,) of a ceiling so far, m, from the edge of a lamp that shines at it from below."""
-    far = np.geomspace(2e-5, 0.3, 400)
-    x = np.concatenate([-far[::-1], far])
-    to = 0.5 * gap**2 / ((x[:, None] - x) ** 2 + gap**2) ** 1.5 * np.gradient(x)
-    shone = to * (x > 0)
-    return np.interp(
-        inside, x, np.linalg.solve(np.eye(len(x)) - GREY * WHITE * shone @ to, EMITTED * shone.sum(axis=1))
-    )
-
-
-def test_light_that_leaves_a_gap_at_its_rim_is_right_in_the_mean(monkeypatch):
-    monkeypatch.setattr(sys.modules[__name__], "GREY", 0.999)
-    scene, _ = room(1e-3, np.eye(3), False)
-    state = finish(ray_steps(scene, 0.04, None, "asked for"))._state
-    inside, y = np.linspace(2e-3, 6e-3, 60), np.linspace(2.4, 3.0, 60)
-    there = read_places(state.facets, np.ones(60, int), np.column_stack([2.1 + inside, y, np.full(60, SIZE)]))
-    told = finish(state._gathered(there, 64)) + np.einsum("nkc,kc->nc", finish(state.lit(there))[0], state.light)
-    assert told[:, 0].mean() == pytest.approx(beside_a_rim(inside, 1e-3).mean(), rel=0.03)
-
-
-def test_hits_near_by_ask_one_point_of_one_of_many_lamps():
-    """And are right in the mean all the same."""
-    scene = two_boxes(0.5)
-    lamp = scene.surfaces[-1].shape
-    parts = [
-        Plane(lamp.corners[0] + k / 8 * lamp.linear[:, 0], lamp.linear[:, 0] / 8, lamp.linear[:, 1]) for k in range(8)
-    ]
-    parts = [Surface(part, 0.5, 2.0 * k + 3) for k, part in enumerate(parts)]
-    state = RayState(Scene([*scene.surfaces[:-1], *parts]), 0.04)
-    n = 2000
-    at = read_places(state.facets, np.zeros(n, int), np.column_stack([square_lattice(n) * 4 - 2, np.zeros(n)]))
-    few = finish(state.shares.scattered(at)) @ np.ones(3) / 3
-    assert len(state.sources) == 8 and 0 < state.counts["shadow rays"] <= n
-    all_ = finish(state.shares.at(at, 1e-3, 1e-3, (64, 256)))[0] @ np.ones(3) / 3
-    light = state.light[:, 0]
-    assert (few @ light).mean() == pytest.approx((all_ @ light).mean(), rel=0.02)
 
 
 def test_where_light_jumps_at_what_stands_there_cells_are_not_bent():
@@ -194,7 +155,7 @@ def test_light_between_boxes_falls_within_a_few_widths_of_the_gap(gap):
     traced = Tracer(scene).incident(on, points, 2000, np.random.default_rng(1))[:, 0]
     told = solution.incident(on, points)[:, 0]
     np.testing.assert_allclose(told, traced, rtol=0, atol=0.08 * traced.max())
-    assert told[0] < 0.03 * traced.max()
+    assert told[0] < 0.01 * traced.max()
     # what little light is in there is known less well than that of the room
     assert solution.surface_errors[7] > 1.5 * solution.error
 
