@@ -19,7 +19,6 @@ class NearestTriangle:
 
     def __init__(self, corners):
         self.low_corner, self.size = corners.min(axis=(0, 1)), np.ptp(corners, axis=(0, 1)).max()
-        self.scale = (2**BITS - 1) / max(self.size, 1e-300)
         code = self._code(corners.mean(axis=1))
         self.order = np.argsort(code, kind="stable")
         self.code = code[self.order]
@@ -34,8 +33,7 @@ class NearestTriangle:
 
     def _code(self, points):
         """Places (n,) along the curve of points (n, 3) m, those outside moved to the border."""
-        cell = np.clip((points - self.low_corner) * self.scale, 0, 2**BITS - 1).astype(np.uint64)
-        return sum(_spread_bits(cell[:, k]) << np.uint64(k) for k in range(3))
+        return along_curve(points, self.low_corner, self.size)
 
     def find(self, points):
         """points (n, 3) m -> nearest triangle (n,), barycentric coordinates (n, 3) of the nearest point on it."""
@@ -113,6 +111,13 @@ def _children(point, box, count):
     point = np.repeat(point, FEW)
     real = child < count
     return point[real], child[real]
+
+
+def along_curve(points, low, size):
+    """Places (n,) along a Morton curve of points (n, 3) m in a cube of so wide a size m, its corner low (3,), those
+    outside moved to the border: what is next to each other there is near each other."""
+    cell = np.clip((points - low) * ((2**BITS - 1) / max(size, 1e-300)), 0, 2**BITS - 1).astype(np.uint64)
+    return sum(_spread_bits(cell[:, k]) << np.uint64(k) for k in range(3))
 
 
 def _spread_bits(value):

@@ -4,11 +4,11 @@ import numpy as np
 
 from ..at_once import entries_of, runs
 from ..boxes import near
+from ..nearest import along_curve
 from .near_flats import ON
 
 TIGHTER = 3  # times that boxes of what is near the other's are drawn closer
 CLUSTER = 16  # facets of a mesh, next to each other, that are compared as one
-STEPS = 1 << 10  # along each axis, by which facets are put in such an order
 
 
 def near_facets(facets):
@@ -44,12 +44,8 @@ def _along(some, shape, low):
     are next to each other."""
     if not len(some):
         return some
-    place = low[some] - low[some].min(axis=0)
-    step = (place / max(place.max(), 1e-300) * (STEPS - 1)).astype(np.int64)
-    code = np.zeros(len(some), np.int64)
-    for bit in range(STEPS.bit_length() - 1):
-        for axis in range(3):
-            code |= (step[:, axis] >> bit & 1) << (3 * bit + axis)
+    place = low[some]
+    code = along_curve(place, place.min(axis=0), np.ptp(place, axis=0).max())
     return some[np.lexsort([code, shape[some]])]
 
 
