@@ -135,6 +135,13 @@ class SpotLight(PointLight):
 
     def unoccluded(self, points, normals):
         points, normals = np.asarray(points, float), np.asarray(normals, float)
+        if self.beam is None:
+            return self._unoccluded(points, normals)
+        out, some = np.zeros(len(points)), np.flatnonzero(_within(self.beam, points))
+        out[some] = self._unoccluded(points[some], normals[some])
+        return out
+
+    def _unoccluded(self, points, normals):
         whole = super().unoccluded(points, normals)
         offset = self.position - points
         distance = np.linalg.norm(offset, axis=1)
@@ -153,6 +160,13 @@ class SpotLight(PointLight):
 def _beam(centre, axis, half, radius):
     """The cone about all cones of a half angle from a ball of that radius about the centre, see Light.beam."""
     return (centre - axis * radius / np.sin(half), axis, half) if half < WIDE else None
+
+
+def _within(beam, points):
+    """(n,) Whether points (n, 3) m are in a Light's beam, or so near its edge that rounding may tell."""
+    apex, axis, half = beam
+    offset = points - apex
+    return offset @ axis >= (np.cos(half) - 1e-9) * np.linalg.norm(offset, axis=1)
 
 
 class SunLight(Light):

@@ -21,10 +21,12 @@ ALL_RAYS = 1 << 13  # of all lamps
 
 def spots_of(state, places_lit):
     """[Spot] of those of a RayState's sources that light few places (sources,) of its nodes; yields."""
-    beams = [k for k, source in enumerate(state.sources) if source.beam and places_lit[k] < RAYS]
+    beams = np.flatnonzero([bool(source.beam) for source in state.sources])
+    beams = beams[places_lit[beams] < RAYS]
+    count = int(np.clip(ALL_RAYS // max(len(beams), 1), LEAST_RAYS, RAYS))
     out = []
-    for k in beams:
-        lamp, count = state.sources[k], int(np.clip(ALL_RAYS // len(beams), LEAST_RAYS, RAYS))
+    for k in beams[places_lit[beams] < count]:  # of the others nodes tell as much as so few rays would
+        lamp = state.sources[k]
         points = AimedPoints(state.facets, lamp.beam, count)
         yield from points.light(state, k)
         out += [Spot(state.facets, k, lamp, points, own) for own in np.unique(points.surface)]
