@@ -25,6 +25,7 @@ READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and a
 # sees part of it is .1 % of its light
 COMPARED = 16, 64
 SCATTERED = 2, 24  # points of a source for each of many receivers, of one of TURNS sets of so many
+ASKED = 64  # times that each of them is asked at least: what is seen of a point costs as much by few receivers
 GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
@@ -103,12 +104,15 @@ class Shares:
 
     def scattered(self, receivers):
         """Generator with a sign of life a bundle; returns factor (n, k, 3) as `at` does, each receiver's share told by
-        a few of many points of a source, others for each: right in the mean of several, not of each."""
-        factor = np.zeros((len(receivers), len(self.sources), 3), np.float32)
+        a few of many points of a source, others for each, of MANY of more sources, the likelier the more they give:
+        right in the mean of several, not of each."""
+        whole = np.zeros((len(receivers), len(self.sources)), np.float32)
         for k, source in enumerate(self.sources):
-            whole = yield from self._unoccluded(source, receivers)
-            factor[:, k] = whole[:, None]
-            lit = _lit(whole)
+            whole[:, k] = yield from self._unoccluded(source, receivers)
+        whole *= _taken(whole * [source.colour.sum() for source in self.sources])
+        factor = np.repeat(whole[:, :, None], 3, axis=2)
+        for k, source in enumerate(self.sources):
+            lit = _lit(whole[:, k])
             if source.shadows and len(lit):
                 share = yield from self._scattered_share(source, receivers.take(lit))
                 factor[lit, k] *= share
@@ -117,12 +121,14 @@ class Shares:
     def _scattered_share(self, source, receivers):
         """Shares seen (n, 3) by SCATTERED points each, the likelier the more a point gives there: as all points would
         tell in the mean of several receivers; yields."""
-        few, most = SCATTERED  # of many sources fewer points are as many in all
-        most = max(most * MANY // max(len(self.sources), MANY), FACTOR * few)
-        place, normal, weight = source.samples(TURNS * most)
-        tint, n = source.tint(place), len(receivers)
+        (few, most), n = SCATTERED, len(receivers)
+        count = TURNS * most
+        if len(self.sources) > MANY:  # of them fewer points are as many in all
+            count = min(TURNS * max(most * MANY // len(self.sources), FACTOR * few), max(n * few // ASKED, few))
+        place, normal, weight = source.samples(count)
+        tint = source.tint(place)
         point, some_shine = np.zeros((n, few), int), np.zeros(n, bool)
-        turns = min(TURNS, len(place))
+        turns = min(TURNS, max(len(place) // few, 1))
         for part, turn in product(slices(n, max(AT_ONCE // most, 1)), range(turns)):
             mine = np.arange(n)[part][turn::turns]
             own = np.arange(turn, len(place), turns)
@@ -215,6 +221,17 @@ def _blocks(points, receivers, facets):
     if receivers < points:
         return ((all_points, some) for some in batches(receivers, points, facets))
     return ((some, all_receivers) for some in batches(points, receivers, facets))
+
+
+def _taken(light):
+    """(n, k) How often each of k sources counts of whose light receivers get (n, k), where MANY at most are asked."""
+    if light.shape[1] <= MANY:
+        return 1.0
+    upto = light.cumsum(axis=1)
+    total = np.maximum(upto[:, -1:], 1e-300)
+    turn = (np.arange(len(light)) * GOLDEN % 1)[:, None]
+    times = np.diff(np.floor(upto / total * MANY + turn), axis=1, prepend=0)
+    return times * total / np.maximum(MANY * light, 1e-300)
 
 
 def _lit(whole):

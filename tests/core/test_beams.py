@@ -55,6 +55,21 @@ def test_a_beam_meets_a_mesh():
     assert np.abs(found / reflected(light, watts(2)) - 1).mean() < 0.02  # the mesh is a little smaller than the ball
 
 
+@pytest.mark.parametrize("degrees, told_by_nodes", [(3, False), (25, True)])
+def test_many_beams_in_a_ball(degrees, told_by_nodes):
+    """What they light is made sources of their own only where nodes do not tell of it."""
+    rng = np.random.default_rng(3)
+    lights = [SpotLight(rng.uniform(-0.2, 0.2, 3), rng.normal(size=3), 10.0, np.radians(degrees)) for _ in range(99)]
+    surface = Surface(Sphere.at((0, 0, 0), RADIUS), RHO, side="back")
+    solution, points = by_rays(Scene([surface], lights=lights), TARGET), RADIUS * ball_mesh(3)[0]
+    assert (len(solution._state.sources) == len(lights)) == told_by_nodes
+    direct = np.sum([10.0 * light.unoccluded(points, -points / RADIUS) for light in lights], axis=0)
+    received, known = solution.incident(0, points)[:, 0], reflected(lights[0], watts(degrees))[0] * len(lights)
+    off = received - direct - known
+    assert abs(off.mean() / known) < 0.01
+    assert np.linalg.norm(off) < solution.error * np.linalg.norm(received)
+
+
 def test_a_card_takes_half_of_a_beam():
     light = SpotLight((0, 0, 0), (0, 0, -1), 100.0, np.radians(2))
     card = Plane((0, -0.01, -0.1), (0.01, 0, 0), (0, 0.02, 0))  # too small to take of what comes back

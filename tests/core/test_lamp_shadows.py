@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from pdm_core import AreaLight, Mesh, Plane, PointLight, Polygon, Scene, SpotLight, SunLight, Surface, solve
+from pdm_core.rays.direct import MANY
+from pdm_core.rays.engine import RayState
+from pdm_core.rays.placed import Placed
 from pdm_core.rays.solution import ray_steps
 from pdm_core.signs_of_life import finish
 
@@ -81,6 +84,25 @@ def test_many_lamps_with_penumbrae():
         known += (weight * kappa * open_).sum(axis=1) * 10 / np.pi**2
     found = solution.irradiance(points, np.tile([0.0, 0.0, 1.0], (len(points), 1)))[:, 0]
     assert np.sqrt(((found - known) ** 2).mean() / (known**2).mean()) < 0.04
+
+
+@pytest.mark.parametrize("count", [5, 40])
+def test_a_few_of_many_lamps_tell_of_all(count):
+    """In the mean of many places; some lamps give far more than others, half of all is behind the blind."""
+    rng = np.random.default_rng(5)
+    places = np.column_stack([rng.uniform(-1.5, 1.5, (count, 2)), rng.uniform(1.6, 2.6, count)])
+    power = rng.uniform(0.01, 1, (count, 1)) ** 4 * rng.uniform(0.5, 1, (count, 3))
+    lamps = [PointLight(place, own, 0.1) for place, own in zip(places, power)]
+    sides = [Surface(BLIND, side=side, name="Blind") for side in ("front", "back")]
+    shares = RayState(Scene([FLOOR, *sides], lights=lamps), 0.04).shares
+    points = np.column_stack([rng.uniform(-1, 1, (4000, 2)), np.zeros(4000)])
+    floor = Placed(shares.facets, np.zeros(len(points), int), points)
+    light = np.array([lamp.colour for lamp in lamps])
+    few, all_ = finish(shares.scattered(floor)) * light, finish(shares.at(floor, 1e-3, 1e-3, (64, 256)))[0] * light
+    assert (few > 0).any(axis=2).sum(axis=1).max() <= MANY < 40
+    assert np.abs(few.sum(axis=(0, 1)) / all_.sum(axis=(0, 1)) - 1).max() < 0.01
+    # of eight lamps each, not of one: what a place gets is about right
+    assert np.abs(few.sum(axis=1) - all_.sum(axis=1)).mean() < 0.25 * all_.sum(axis=1).mean()
 
 
 ROOMS = 4
