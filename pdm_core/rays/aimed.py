@@ -10,13 +10,14 @@ from ..at_once import AT_ONCE, slices
 from ..closed_forms import disc_kernel
 from ..shapes.shape import cone_lattice, unit
 from ..tolerances import FAINT
-from .direct import AT_NODES, Shares
+from .direct import AT_NODES, POWER, Shares
 from .placed import at_hits
 from .sources import Emitter, Source
 
 # of a lamp, worked out along them where it lights fewer places of nodes: they tell it to some 2 %; of each of many
 RAYS, LEAST_RAYS = 512, 32
 ALL_RAYS = 1 << 13  # of all lamps
+TOLD = 64  # times as many that tell how much light is in a beam
 
 
 def spots_of(state, places_lit):
@@ -27,7 +28,7 @@ def spots_of(state, places_lit):
     out = []
     for k in beams[places_lit[beams] < count]:  # of the others nodes tell as much as so few rays would
         lamp = state.sources[k]
-        points = AimedPoints(state.facets, lamp.beam, count)
+        points = AimedPoints(state.facets, lamp, count)
         yield from points.light(state, k)
         out += [Spot(state.facets, k, lamp, points, own) for own in np.unique(points.surface)]
     return out
@@ -38,14 +39,16 @@ class AimedPoints:
     centre, area (p,) m^2 that each stands for; once they are lit surface, factor (p,): irradiance / pi of the source's
     unit light, normal (p, 3). Any first few are spread over all."""
 
-    def __init__(self, facets, beam, count):
-        apex, axis, half = beam
+    def __init__(self, facets, lamp, count):
+        self.count, (apex, axis, half) = count, lamp.beam
         apex = apex - facets.centre
         some, balls = _within_cone(facets, apex, axis, half)
         rays = cone_lattice(count, axis, half)
         parts = [on_facets(facets, some, apex, rays), on_balls(facets, balls, apex, rays)]
         ray, self.facet, self.front, self.place, area = (np.concatenate(part) for part in zip(*parts))
-        self.area = 4 * np.pi * np.sin(half / 2) ** 2 / count * area
+        # few rays hit an edge of the beam by chance: more tell how much of it they stand for
+        few, more = (lamp.power_along(cone_lattice(n, axis, half)).mean() for n in (count, TOLD * count))
+        self.area = 4 * np.pi * np.sin(half / 2) ** 2 / count * area * (more / few if few > 0 else 1.0)
         self._keep(np.argsort(_reversed(count)[ray], kind="stable"))
 
     def light(self, state, k):
@@ -63,11 +66,13 @@ class AimedPoints:
 
     def _keep(self, some):
         for name, value in vars(self).items():
-            setattr(self, name, value[some])
+            if name != "count":
+                setattr(self, name, value[some])
 
 
 class Spot(Source):
-    """What a beam, the source number `beam_of`, lights of one surface: points that reflect it."""
+    """What a beam, the source number `beam_of`, lights of one surface: points that reflect it. unsure: of its light, how
+    far it may be off, the most where the beam lights others too."""
 
     is_spot = True
 
@@ -76,6 +81,8 @@ class Spot(Source):
         self.beam_of, self.index, self.centre = beam_of, index, facets.centre
         self.place, self.normal = points.place[mine], points.normal[mine]
         self.area, self.weight = points.area[mine], points.area[mine] * points.factor[mine]
+        count = points.count
+        self.unsure = 4 * (1 - mine.sum() / count) / (2 * count) ** POWER + 1 / (2 * count)
         scene, emitter = facets.scene, Emitter(facets, index, facets.scene.surfaces[index].shape)
         super().__init__(self.colour_of(scene, lamp.colour), f"{lamp.name} on {scene.surfaces[index].name}")
         self.surface, self.skip, self.against = scene.surfaces[index], emitter.skip, emitter.against

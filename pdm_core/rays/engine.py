@@ -103,7 +103,7 @@ class RayState:
         self.factor[new] = each.mean(axis=1)
         light = np.einsum("nlkc,kc->nlc", each, self.light)
         self.spread[new] = np.linalg.norm(light.std(axis=1), axis=1)
-        self.lamps[new] = light.mean(axis=2) @ HALVES.T
+        self.lamps[new] = light.mean(axis=2) @ HALVES.T + (self.factor[new] * self.light).mean(axis=2) @ self.unsure
         self._take_direct()
 
     def _take_direct(self):
@@ -130,6 +130,9 @@ class RayState:
         self.shares = Shares(self.facets, sources, self.counts)
         self.beamed = np.zeros(len(sources), bool)  # whether its light goes on by way of spots, sources too
         self.spots = [s for s in sources if s.is_spot]
+        # each is off by itself, in all places alike: three draws of the signs, as there are three halves of places
+        signs = np.random.default_rng(len(sources)).choice([-1, 1], (len(sources), len(HALVES)))
+        self.unsure = signs * np.reshape([s.unsure for s in sources], (-1, 1))
         self.beamed[[s.beam_of for s in self.spots]] = True
 
     def scale(self):

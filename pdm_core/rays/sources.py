@@ -16,10 +16,10 @@ class Source(Light):
     """As a Light, colour (3,): radiance. skip: the shape that does not hide it; receivers (n surfaces,) bool: which its
     light comes to, blockers: Facets of what may hide it, None for all; pattern None where it is even; is_surface:
     whether samples' weights are areas; is_spot: whether it is what a beam lights; is_tinted: whether its colour varies
-    over its sample places; partly: the part of receivers that see a part of it, see Shares.learn; whole: the Shape or
-    Light that it is cut from."""
+    over its sample places; partly: the part of receivers that see a part of it, see Shares.at; whole: the Shape or
+    Light that it is cut from; unsure: how far its colour may be off, of itself."""
 
-    whole, skip, partly, pattern = None, -1, 0.0, None
+    whole, skip, partly, pattern, unsure = None, -1, 0.0, None, 0.0
     is_surface = is_spot = is_tinted = False
 
     def __init__(self, colour, name):
