@@ -71,8 +71,8 @@ class AimedPoints:
 
 
 class Spot(Source):
-    """What a beam, the source number `beam_of`, lights of one surface: points that reflect it. unsure: of its light, how
-    far it may be off, the most where the beam lights others too."""
+    """What a beam, the source number `beam_of`, lights of one surface: points that reflect it. unsure: how far its
+    light may be off, the most where the beam lights others too."""
 
     is_spot = True
 
