@@ -22,12 +22,12 @@ TOLD = 64  # times as many that tell how much light is in a beam
 
 def spots_of(state, places_lit):
     """[Spot] of those of a RayState's sources that light few places (sources,) of its nodes; yields."""
-    beams = np.flatnonzero([bool(source.beam) for source in state.sources])
+    beams = np.flatnonzero([bool(source.beam) for source in state.lit.sources])
     beams = beams[places_lit[beams] < RAYS]
     count = int(np.clip(ALL_RAYS // max(len(beams), 1), LEAST_RAYS, RAYS))
     out = []
     for k in beams[places_lit[beams] < count]:  # of the others nodes tell as much as so few rays would
-        lamp = state.sources[k]
+        lamp = state.lit.sources[k]
         points = AimedPoints(state.facets, lamp, count)
         yield from points.light(state, k)
         out += [Spot(state.facets, k, lamp, points, own) for own in np.unique(points.surface)]
@@ -58,7 +58,7 @@ class AimedPoints:
         self.surface = facets.surface[self.facet, np.where(self.front, 0, 1)]
         self._keep((self.surface >= 0) & state.nodes.sends[self.surface])
         receivers = at_hits(facets, self.facet, self.front, self.place)
-        one = Shares(facets, [state.sources[k]], state.counts)
+        one = Shares(facets, [state.lit.sources[k]], state.counts)
         found = yield from one.at(receivers, state.target * state.scale(), state.target, AT_NODES)
         self.factor = found[0][:, 0, 0].astype(float)
         self.place, self.normal = receivers.exact - facets.centre, receivers.normals

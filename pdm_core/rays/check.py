@@ -67,8 +67,8 @@ class Check:
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
         sent, of_rays = (yield from in_thread(self._sent)), (yield from self._passed(own))
         # of one sign, and no matter of how many rays there are
-        lost = yield from self._passed(np.repeat(state.lost[:, None], 3, axis=1))
-        lamps = yield from self._passed(HALF * state.lamps)
+        lost = yield from self._passed(np.repeat(state.lit.lost[:, None], 3, axis=1))
+        lamps = yield from self._passed(HALF * state.lit.lamps)
         self.passed = sent + of_rays + lost + lamps
         whole = partial(self._relative, nodes.surface, nodes.weight)
         self.parts = {
@@ -80,7 +80,7 @@ class Check:
             "solver": float(state.left),
         }
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
-        node_shadow = nodes.reflectance.max(axis=1) * state.unsure_lit
+        node_shadow = nodes.reflectance.max(axis=1) * state.lit.unsure
         of_shadows = self._relative(nodes.surface, nodes.weight, node_shadow**2)
         scales = rays / max(of_nodes, 1e-300), shadows / of_shadows if of_shadows > 0 else 0.0
         self.node_error = np.hypot(scales[0] * self.node_error, scales[1] * node_shadow)
@@ -93,7 +93,7 @@ class Check:
         if self.looked is None or len(self.looked[0]) != count:
             surface, points, weight = check_points(state.scene, state.reflects, count)
             self.places = Placed(state.facets, surface, points)
-            off = (yield from state.lit(self.places))[1]
+            off = (yield from state.straight(self.places))[1]
             sky = None if state.scene.sky is None else sky_alone(state.scene, self.places.normals)
             self.looked = weight, materials_at(state.scene, surface, points)[0], off, sky
         if self.looked_rays is None or self.looked_rays.code.shape != (count, state.read):

@@ -12,26 +12,21 @@ import numpy as np
 
 from ..numerics import ROUGHLY, SOLVED, gmres
 from ..signs_of_life import finish, in_thread
-from .aimed import spots_of
 from .amplified import amplification
 from .covered import covered
-from .direct import AT_NODES, COARSE, COMPARED, FINE, READ, Shares
+from .direct import COARSE, COMPARED, FINE, READ
 from .facets import Facets
 from .glare import glare_of
 from .grid import batches
+from .lit import LitNodes
 from .near import NearHits, in_narrow
-from .nodes import LIT, Nodes
+from .nodes import Nodes
 from .rows import Gathered, Traced, bundle, directions, light_of
 from .sources import foreseen_level, met_by_rays, relit, sources_of
 from .thinned import FORETOLD, thinned
 
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
 TOLD_BRIGHT = 0.5  # of what direct light may be off by, where it is brighter than in the mean: relative to that there
-AT_NODES_TOLD = 3.0  # of the target: the same at one of the places of a node, which stand for it together
-# of a lamp's points, which set each of the places LIT sees, as by one set all nodes would be wrong alike: places of
-# a set are about the middle of their cell; what halves of the sets tell more than the others
-SETS = np.array([0, 1, 2, 3, 1, 0, 3, 2])
-HALVES = np.array([[1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]])[:, SETS] / LIT
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 
 
@@ -44,18 +39,11 @@ class RayState:
         self.facets = Facets(scene)
         self.by_rays = met_by_rays(scene)
         self.reflects = (scene.reflectance > 0).any(axis=1)
-        self._take_sources(sources_of(self.facets, self.by_rays))
-        self.aimed = False  # whether spots of narrow beams are among the sources
         self.nodes = Nodes(self.facets, self.reflects | self.by_rays)
-        self.factor = np.zeros((0, len(self.sources), 3), np.float32)
-        self.spread = np.zeros(0)  # of the direct light within each node's cell
-        self.unsure_lit = np.zeros(0)  # how far the direct light at a node's places may be off
-        self.lamps = np.zeros((0, 3))  # how far it is off in their mean, as three halves of them tell
-        self.lost = np.zeros(0)  # what of it is of no point of a source, in the mean of these places
+        self.lit = LitNodes(self.facets, sources_of(self.facets, self.by_rays), self.counts)
         self.traced = Traced(0, directions(RAYS // 2 if target_error > COARSE else RAYS))
         self.read = RAYS  # directions where colours are read
         self.told = 1.0  # of the target: what direct light may be off by where part of a source is seen, in few places
-        self.finer = 1  # times as many points of sources at the nodes as usual
         self.level = 0.0
         self.glares = {}  # by the number of directions of those who see it
 
@@ -82,62 +70,17 @@ class RayState:
         yield from self.trace(changed)
         if count is not None:
             yield from self.trace(np.flatnonzero(old >= 0))
-        yield from self.light_up(old)
+        yield from self.lit.extend(self, old)
         yield from in_thread(self.link)
-
-    def light_up(self, old):
-        """Direct light of the nodes that old (n,) does not know, -1; yields."""
-        for name in ("factor", "spread", "unsure_lit", "lamps", "lost"):
-            setattr(self, name, _carried(getattr(self, name), old))
-        new = np.flatnonzero(old < 0)
-        lit, told = self.nodes.lit_places(new), AT_NODES_TOLD * self.target / self.finer
-        points = tuple(self.finer * count for count in AT_NODES)
-        each, off, lost = yield from self.shares.at(lit, told * self.scale(), told, points, SETS)
-        if not self.aimed:
-            each = np.concatenate([each, (yield from self._take_spots(each, lit, told))], axis=1)
-            self.factor = np.zeros((len(new), *each.shape[1:]), np.float32)
-        each[:, self.beamed] = 0.0
-        each = each.reshape(len(new), LIT, *each.shape[1:])
-        self.unsure_lit[new] = np.sqrt((off.reshape(len(new), LIT) ** 2).mean(axis=1))
-        self.lost[new] = lost.reshape(len(new), LIT).mean(axis=1)
-        self.factor[new] = each.mean(axis=1)
-        light = np.einsum("nlkc,kc->nlc", each, self.light)
-        self.spread[new] = np.linalg.norm(light.std(axis=1), axis=1)
-        self.lamps[new] = light.mean(axis=2) @ HALVES.T + (self.factor[new] * self.light).mean(axis=2) @ self.unsure
-        self._take_direct()
-
-    def _take_direct(self):
-        self.direct = np.einsum("nkc,kc->nc", self.factor, self.light)
 
     def trace(self, which):
         """Rays of the nodes which (k,), from each of their places in turn; yields."""
         yield from self.traced.trace(self.facets, self.nodes.from_place, which)
         self.counts["rays"] += len(which) * len(self.traced.directions)
 
-    def _take_spots(self, each, lit, told):
-        """Adds spots of narrow beams to the sources, where places lit have factors each (n, k, 3); returns those of the
-        spots (n, spots, 3), of which so much may be off; yields."""
-        spots = yield from spots_of(self, (each > 0).any(axis=2).sum(axis=0))
-        steps = Shares(self.facets, spots, self.counts).at(lit, told * self.scale(), told, AT_NODES, SETS)
-        own = (yield from steps)[0]
-        self._take_sources(self.sources + spots)
-        self.aimed = True
-        return own
-
-    def _take_sources(self, sources):
-        self.sources = sources
-        self.light = np.array([s.colour for s in sources]).reshape(-1, 3)
-        self.shares = Shares(self.facets, sources, self.counts)
-        self.beamed = np.zeros(len(sources), bool)  # whether its light goes on by way of spots, sources too
-        self.spots = [s for s in sources if s.is_spot]
-        # each is off by itself, in all places alike: three draws of the signs, as there are three halves of places
-        signs = np.random.default_rng(len(sources)).choice([-1, 1], (len(sources), len(HALVES)))
-        self.unsure = signs * np.reshape([s.unsure for s in sources], (-1, 1))
-        self.beamed[[s.beam_of for s in self.spots]] = True
-
     def scale(self):
         """Irradiance / pi that tolerances refer to: before any is known, the sources' own over the scene."""
-        return self.level if self.level > 0 else foreseen_level(self.sources, self.facets)
+        return self.level if self.level > 0 else foreseen_level(self.lit.sources, self.facets)
 
     def link(self):
         """The rows of all nodes, and their own light: what they send whatever they receive."""
@@ -154,7 +97,7 @@ class RayState:
 
     def _solve(self):
         rho = self.nodes.reflectance
-        outer = self.direct + self.rows.sky
+        outer = self.lit.direct + self.rows.sky
         right = self.rows.times(rho * outer + self.shining)
         guess = right.copy()
 
@@ -169,7 +112,7 @@ class RayState:
         self.sent, self.glares = rho * self.received + self.shining, {}
         weight, reflected = self.nodes.weight, rho * self.received
         square = np.bincount(self.nodes.surface, weight * (reflected**2).sum(axis=1), len(self.scene))
-        spots = np.bincount([s.index for s in self.spots], [s.square for s in self.spots], len(self.scene))
+        spots = np.bincount([s.index for s in self.lit.spots], [s.square for s in self.lit.spots], len(self.scene))
         self.surface_norms = np.sqrt(square + spots)
         self.norm = float(np.sqrt((square + spots).sum()))
         reflecting = max(self.scene.areas[self.reflects].sum(), 1e-300)
@@ -181,7 +124,7 @@ class RayState:
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
         left = rho * finish(gmres(scatter, residual, residual.copy(), ROUGHLY))[0] / (1 - ROUGHLY)
         self.left = np.sqrt((weight * (left**2).sum(axis=1)).sum()) / max(self.norm, 1e-300)
-        self.surplus = self.nodes.surplus(self.sent, self.spread * rho.max(axis=1, initial=0.0))
+        self.surplus = self.nodes.surplus(self.sent, self.lit.spread * rho.max(axis=1, initial=0.0))
         # how far what a node sends is off beside it, on meshes in the mean
         area = np.bincount(self.nodes.surface, weight, len(self.scene))
         self.bent = (self.surplus[1] / np.sqrt(np.maximum(area, 1e-300)))[self.nodes.surface]
@@ -232,12 +175,12 @@ class RayState:
         total /= np.maximum(weight, 1e-300)[:, None]
         return total if glare is None else total + (yield from glare.at(receivers)).mean(axis=0)
 
-    def lit(self, receivers, roughly=False):
+    def straight(self, receivers, roughly=False):
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
         told = self.told * self.target
         points = COMPARED if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
         tolerance = told * self._level_at(receivers)
-        return (yield from self.shares.at(receivers, tolerance, TOLD_BRIGHT * told, points))[:2]
+        return (yield from self.lit.shares.at(receivers, tolerance, TOLD_BRIGHT * told, points))[:2]
 
     def _level_at(self, receivers):
         """(n,) Irradiance / pi that tolerances at receivers refer to: on dark surfaces less than in the mean."""
@@ -246,28 +189,14 @@ class RayState:
 
     def incident(self, receivers, roughly=False):
         """Irradiance / pi (n, 3) at receivers; yields."""
-        factor, _ = yield from self.lit(receivers, roughly)
+        factor, _ = yield from self.straight(receivers, roughly)
         rest = yield from self.gather(receivers, min(RAYS, self.read) if roughly else self.read)
-        return np.einsum("nkc,kc->nc", factor, self.light) + rest
+        return np.einsum("nkc,kc->nc", factor, self.lit.light) + rest
 
     def take_light(self, scene):
         """The same shapes under the light of another scene."""
         self.scene, self.started, self.counts = scene, time.perf_counter(), Counter()
         self.nodes = self.nodes.of(scene)
         self.facets = self.nodes.facets
-        self._take_sources(relit(self.sources, scene))
-        before = np.linalg.norm(self.direct, axis=1)
-        self._take_direct()
+        self.lit = self.lit.under(self.facets, relit(self.lit.sources, scene), self.counts)
         self.link()
-        now = np.linalg.norm(self.direct, axis=1)
-        usual = now.sum() / before.sum() if before.any() else 1.0  # of what is lost where no light was found
-        brighter = np.divide(now, before, out=np.full(len(now), usual), where=before > 0)
-        self.spread, self.unsure_lit, self.lost = (a * brighter for a in (self.spread, self.unsure_lit, self.lost))
-        self.lamps = self.lamps * brighter[:, None]
-
-
-def _carried(values, old):
-    """Values of nodes known before, old (n,) >= 0 which, as an array for all (n, ...), 0 for the others."""
-    out = np.zeros((len(old), *values.shape[1:]), values.dtype)
-    out[old >= 0] = values[old[old >= 0]]
-    return out

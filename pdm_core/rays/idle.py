@@ -6,8 +6,8 @@ import numpy as np
 def idle_of(state):
     """Names of what shines but comes to no place of any node: all of it is hidden, or what it lights is smaller.
     Not a side or a face of a lamp, of which others light something."""
-    seen = (state.factor > 0).any(axis=(0, 2)) | state.beamed
-    lamps = list(zip(state.sources[: len(seen) - len(state.spots)], seen)) if len(state.factor) else []
+    seen = (state.lit.factor > 0).any(axis=(0, 2)) | state.lit.beamed
+    lamps = list(zip(state.lit.sources[: len(seen) - len(state.lit.spots)], seen)) if len(state.lit.factor) else []
     whole = {id(s.whole) for s, some in lamps if some}
     useful = [s for s, some in lamps if s.is_surface and some]
     parts, bounds = {s.index for s in useful}, [s.shape.bounds for s in useful]

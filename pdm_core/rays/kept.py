@@ -21,13 +21,13 @@ class KeptRays(KeptGroups):
     """Of a solution by rays."""
 
     def __init__(self, state, surface, points):
-        nodes, count = state.nodes, len(state.sources)
+        nodes, lit, count = state.nodes, state.lit, len(state.lit.sources)
         places = nodes.places.exact.reshape(len(nodes), -1, 3).mean(axis=1)
         of = group(nodes.surface, places, nodes.weight)
         super().__init__(state.scene, surface, points, of, nodes.surface, nodes.weight, count, channels=3)
         self.given, self.reflects = state.scene, state.reflects
-        self.sources, self.spots, self.straight_on = state.sources, state.spots, count - len(state.spots)
-        self.take_nodes(state.factor, nodes.reflectance)
+        self.sources, self.spots, self.straight_on = lit.sources, lit.spots, count - len(lit.spots)
+        self.take_nodes(lit.factor, nodes.reflectance)
         self.shines = state.by_rays[self.group_surface][:, None]
         self.outside = _Sky(len(points), directions(state.read), state.scene)
         self.group_outside = _Sky(self.count, state.traced.directions, state.scene)
@@ -36,8 +36,9 @@ class KeptRays(KeptGroups):
         """Generator of the fraction done, that works out what is kept."""
         self._between_groups(state.nodes, state.traced)
         yield 0.0
-        receivers, total = read_places(state.facets, self.surface, self.points, normals, inward), 1 + len(state.sources)
-        for k, source in enumerate(state.sources):
+        receivers = read_places(state.facets, self.surface, self.points, normals, inward)
+        total = 1 + len(self.sources)
+        for k, source in enumerate(self.sources):
             one, told = Shares(state.facets, [source], state.counts), self._tolerance(state, k)
             steps = one.at(receivers, told, state.target, READ[state.target > COARSE])
             self.factor[:, k] = (yield from mapped(steps, lambda _, k=k: k / total))[0][:, 0]
@@ -45,7 +46,7 @@ class KeptRays(KeptGroups):
         self.glare = yield from mapped(state.glare(state.read), lambda _: 0.0)
         for j, direction in enumerate(directions(state.read)):
             self._along(state, receivers, j, direction, light, near)
-            yield (len(state.sources) + j / state.read) / total
+            yield (len(self.sources) + j / state.read) / total
         light += yield from mapped(near.settle(), lambda _: 1.0)
         self.outside.settle()
         for array in (light, self.rows):
@@ -56,7 +57,7 @@ class KeptRays(KeptGroups):
 
     def _tolerance(self, state, k):
         """Of the light of source k, as if there were no other: any may become the brightest."""
-        lit, weight = (state.factor[:, k] * state.light[k]).max(axis=1), state.nodes.weight
+        lit, weight = (state.lit.factor[:, k] * state.lit.light[k]).max(axis=1), state.nodes.weight
         own = np.sqrt((weight * lit**2).sum() / max(weight.sum(), 1e-300))
         return state.target * max(own, LEAST_LIGHT * state.level)
 

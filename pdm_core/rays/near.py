@@ -71,14 +71,14 @@ class NearHits:
     def __init__(self, state, receivers, count):
         self.state, self.receivers, nodes = state, receivers, state.nodes
         # shadows may end between the places that tell how uneven a cell is: then it differs from the one beside it
-        uneven = np.maximum(state.spread * nodes.reflectance.max(axis=1, initial=0.0), state.bent)
+        uneven = np.maximum(state.lit.spread * nodes.reflectance.max(axis=1, initial=0.0), state.bent)
         uneven = uneven / max(state.level * nodes.reflectance.max(initial=0.0), 1e-300)
         self.ways = np.minimum(uneven / MOST_UNEVEN, 1.0)  # (nodes,) of the rays that go on, as many as are worth it
         self.ways[state.narrow] = 0.0  # there all go on, again and again
         uneven = uneven > UNEVEN * state.target
         shown = state.rows.times(uneven[:, None].astype(float))[:, 0] > SHOWN if uneven.any() else uneven
         self.reach = np.select([uneven, shown | state.narrow], REACH) * np.sqrt(nodes.weight)
-        self.most = min(MOST, PAIRS // max(len(state.sources), 1))
+        self.most = min(MOST, PAIRS // max(len(state.lit.sources), 1))
         self.found, self.count = [], 0
         self.every, self.again, self.bundles = -(-count // ENOUGH), -(-FEW // count), 0
 
@@ -127,8 +127,8 @@ class NearHits:
             hits.weight *= hits.of(state.nodes.reflectance)
             there = at_hits(state.facets, hits.facet, hits.front, hits.place)
             yield
-            light = np.where(state.beamed[:, None], 0.0, state.light)
-            factor = yield from state.shares.scattered(there)
+            light = np.where(state.lit.beamed[:, None], 0.0, state.lit.light)
+            factor = yield from state.lit.shares.scattered(there)
             more = np.einsum("nkc,kc->nc", factor, light) - hits.of(state.received)
             out += self._summed(hits, more)
             yield

@@ -24,9 +24,9 @@ KEPT_WHOLE = 0.05  # of the square of the error: cells that make no more are not
 
 def improve(check):
     """Work of a Check's RayState on the largest parts of its error; False where nothing is left to do; yields."""
-    state, parts, did = check.state, check.parts, False
+    state, lit, parts, did = check.state, check.state.lit, check.parts, False
     # what more directions, finer shadows and more points of lamps can lower no more
-    at_most = {"rays": state.read >= MOST_RAYS, "shadows": state.told <= LEAST_TOLD, "lamps": state.finer >= MOST_FINER}
+    at_most = {"rays": state.read >= MOST_RAYS, "shadows": state.told <= LEAST_TOLD, "lamps": lit.finer >= MOST_FINER}
     stuck = np.linalg.norm([parts[k] for k, is_so in at_most.items() if is_so])
     excess = excess_of(parts, state.target, stuck)
     if excess["rays"] > 1 and state.read < MOST_RAYS:
@@ -37,9 +37,9 @@ def improve(check):
     if excess["shadows"] > 1 and state.told > LEAST_TOLD:
         state.told *= max(0.7 / excess["shadows"], 0.1)
         check.looked, did = None, True
-    again = excess["lamps"] > 1 and state.finer < MOST_FINER
+    again = excess["lamps"] > 1 and lit.finer < MOST_FINER
     if again:
-        state.finer *= FACTOR
+        lit.finer *= FACTOR
     count = finer_directions(state, excess["nodes"]) if excess["nodes"] > 1 else None
     finer = (yield from finer_nodes(check, excess["sent"], count)) if excess["sent"] > 1 else None
     if finer is not None:
@@ -50,7 +50,7 @@ def improve(check):
         yield from state.trace(np.arange(len(state.nodes)))
         yield from in_thread(state.link)
     if again:
-        yield from state.light_up(np.full(len(state.nodes), -1))
+        yield from lit.extend(state, np.full(len(state.nodes), -1))
     return did or again or finer is not None or count is not None
 
 

@@ -30,6 +30,7 @@ class RaySolution(ReadOff):
 
     def __init__(self, check, plan, history=()):
         state = copy.copy(check.state)  # arrays are replaced as it grows on, never written into
+        state.lit = copy.copy(state.lit)
         self._check, self._state = copy.copy(check), state
         self._check.state = state
         self.scene, self.plan, self.counts = state.scene, plan, dict(state.counts)

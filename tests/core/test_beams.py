@@ -62,7 +62,7 @@ def test_many_beams_in_a_ball(degrees, told_by_nodes):
     lights = [SpotLight(rng.uniform(-0.2, 0.2, 3), rng.normal(size=3), 10.0, np.radians(degrees)) for _ in range(99)]
     surface = Surface(Sphere.at((0, 0, 0), RADIUS), RHO, side="back")
     solution, points = by_rays(Scene([surface], lights=lights), TARGET), RADIUS * ball_mesh(3)[0]
-    assert (len(solution._state.sources) == len(lights)) == told_by_nodes
+    assert (len(solution._state.lit.sources) == len(lights)) == told_by_nodes
     direct = np.sum([10.0 * light.unoccluded(points, -points / RADIUS) for light in lights], axis=0)
     received, known = solution.incident(0, points)[:, 0], reflected(lights[0], watts(degrees))[0] * len(lights)
     off = received - direct - known

@@ -165,6 +165,6 @@ def test_few_points_of_a_lamp_tell_what_is_seen_through_a_slit_in_the_mean():
     n = 400
     points = np.column_stack([np.full(n, -0.0015), np.linspace(-0.4, 0.4, n), 1 - np.linspace(0.03, 0.08, n)])
     there = read_places(state.facets, np.full(n, 7), points)
-    few = finish(state.shares.scattered(there))[:, 0, 0]
-    all_, _, _ = finish(state.shares.at(there, 1e-6, 1e-6, (1024, 16384)))
+    few = finish(state.lit.shares.scattered(there))[:, 0, 0]
+    all_, _, _ = finish(state.lit.shares.at(there, 1e-6, 1e-6, (1024, 16384)))
     np.testing.assert_allclose(few.mean(), all_[:, 0, 0].mean(), rtol=0.3)

@@ -94,7 +94,7 @@ def test_a_few_of_many_lamps_tell_of_all(count):
     power = rng.uniform(0.01, 1, (count, 1)) ** 4 * rng.uniform(0.5, 1, (count, 3))
     lamps = [PointLight(place, own, 0.1) for place, own in zip(places, power)]
     sides = [Surface(BLIND, side=side, name="Blind") for side in ("front", "back")]
-    shares = RayState(Scene([FLOOR, *sides], lights=lamps), 0.04).shares
+    shares = RayState(Scene([FLOOR, *sides], lights=lamps), 0.04).lit.shares
     points = np.column_stack([rng.uniform(-1, 1, (4000, 2)), np.zeros(4000)])
     floor = Placed(shares.facets, np.zeros(len(points), int), points)
     light = np.array([lamp.colour for lamp in lamps])

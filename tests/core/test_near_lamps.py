@@ -95,7 +95,7 @@ def test_lamp_light_that_no_point_stands_for_asks_for_no_more_rays():
     finish(state.solve())
     check = Check(state)
     finish(check.measure())
-    before, state.lost = dict(check.parts), state.lost + 1.0
+    before, state.lit.lost = dict(check.parts), state.lit.lost + 1.0
     finish(check.measure())
     assert check.parts["nodes"] == before["nodes"] > 0
     assert check.parts["shadows"] > 0.1 > before["shadows"]

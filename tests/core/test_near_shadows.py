@@ -90,8 +90,8 @@ def test_few_points_of_a_round_lamp_are_of_the_side_that_is_seen(faces):
     def shares(y):
         points = np.column_stack([x, np.full(len(x), y), 0 * x])
         receivers = read_places(state.facets, np.zeros(len(x), int), points)
-        whole = state.sources[0].unoccluded(points, receivers.normals)
-        return finish(state.shares.scattered(receivers))[:, 0, 0] / whole
+        whole = state.lit.sources[0].unoccluded(points, receivers.normals)
+        return finish(state.lit.shares.scattered(receivers))[:, 0, 0] / whole
 
     assert (shares(0.3) == 0).all()
     assert shares(-3.0) == pytest.approx(1.0, rel=1e-6)

@@ -34,9 +34,9 @@ def solved():
 def test_what_is_stated_does_not_depend_on_how_bright_it_is(solved, factor):
     """Light that no point of a lamp stands for, a tenth here, stayed that of the light which it was found for."""
     state = solved._state
-    before, state.lost = state.lost, 0.1 * np.linalg.norm(state.direct, axis=1)
+    before, state.lit.lost = state.lit.lost, 0.1 * np.linalg.norm(state.lit.direct, axis=1)
     alike, relit = (solved.relight(scene(300.0 * f)) for f in (1, factor))
-    state.lost = before
+    state.lit.lost = before
     np.testing.assert_allclose(light(relit) / factor, light(solved), rtol=1e-3)
     assert relit.error == pytest.approx(alike.error, rel=0.01) and relit.error > solved.error
 
