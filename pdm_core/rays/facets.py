@@ -90,7 +90,7 @@ class Facets:
     def only(self, flat, ball):
         """Some of them alone: which facets (k,), which balls (j,)."""
         out = copy.copy(self)
-        for name in ("boxes", "spheres", "near_flats", "near_facets"):
+        for name in ("boxes", "ball_reach", "spheres", "near_flats", "near_facets"):
             vars(out).pop(name, None)
         both = np.concatenate([flat, self.count + ball])
         for which, names in (
@@ -128,9 +128,14 @@ class Facets:
     @cached_property
     def boxes(self):
         """low, high (3, m + b) m of the facets and the balls."""
-        corners, reach = self.corners(slice(None)), np.linalg.norm(self.ball_linear, axis=2)
+        corners, reach = self.corners(slice(None)), self.ball_reach
         low = np.concatenate([corners.min(axis=1), self.ball_centre - reach])
         return low.T.copy(), np.concatenate([corners.max(axis=1), self.ball_centre + reach]).T.copy()
+
+    @cached_property
+    def ball_reach(self):
+        """(b, 3) m, how far balls reach from their centres along each axis."""
+        return np.linalg.norm(self.ball_linear, axis=2)
 
     @cached_property
     def spheres(self):

@@ -81,15 +81,15 @@ def _quantiles(values, count):
     return some[(np.arange(1, count) * len(some)) // count]
 
 
-def side_by_side(x, y, low, high, which, count, flats):
-    """What pairs_of takes of places x, y (n,), which (n,) of `count` planes they lie in, and boxes low, high (2, m),
-    the first `flats` those of each plane in turn, then the others of each in turn."""
+def side_by_side(x, y, low, high, which, of_box, count):
+    """What pairs_of takes of places x, y (n,) and boxes low, high (2, m), which (n,) and of_box (m,) of `count` planes
+    they lie in."""
     if count == 1 or not len(x):
         return x, y, low, high, ()
     least, most = x.min(), x.max()
     width = 1.5 * (most - least) or 1.0
     begin = np.arange(count) * width
-    offset = np.concatenate([np.repeat(begin, k // count) for k in (flats, low.shape[1] - flats)])
+    offset = begin.take(of_box)
     low[:, (low[0] > most) | (high[0] < least)] = np.inf
     low[0], high[0] = np.maximum(low[0], least) + offset, np.minimum(high[0], most) + offset
     return x + begin.take(which), y, low, high, most + width / 6 + begin[:-1]
