@@ -14,7 +14,7 @@ from ..shapes.sphere import Sphere
 from ..tolerances import FLUSH
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
-from .sieve import over_along, worth_it
+from .sieve import worth_it
 
 AGAINST = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
 SUNK = 3.0  # tolerances: what lies further behind a face is no longer against it, but thinner than rounding tells
@@ -77,7 +77,7 @@ def along(facets, directions, receivers):
     x, y, z = _turned(planes, receivers.points)
     if len(planes) > 1 or not worth_it(facets.count, len(x)):
         return _along(facets, directions, receivers, planes, (x, y, z))
-    some = over_along(facets, planes[0], x, y)
+    some = facets.sieve.along(planes[0], x, y)
     balls = np.arange(len(facets.ball_centre))
     hits = _along(facets.only(some, balls), directions, receivers, planes, (x, y, z))
     hits.facet = np.concatenate([some, facets.count + balls, [CONTACT, NOTHING]])[hits.facet]

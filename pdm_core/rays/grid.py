@@ -7,7 +7,7 @@ import numpy as np
 
 from ..at_once import in_turn, runs
 
-PER_CELL = 2.0  # receivers
+PER_CELL = 2.0  # receivers, or twice as many boxes, whichever makes more cells
 CELLS = 250  # along each axis at most: their product, planes side by side, fits the sixteen bits that are sorted fast
 TABLE = 16  # entries, for each line, of the table that finds shapes' cells
 SAMPLED = 4096  # receivers whose places tell the quantiles
@@ -29,7 +29,7 @@ def pairs_of(x, y, low, high, parted=()):
     if not n:
         return
     planes = len(parted) + 1
-    side = int(np.clip(np.sqrt(n / PER_CELL / planes), 1, CELLS / np.sqrt(planes)))
+    side = int(np.clip(np.sqrt(max(n, len(low[0]) / 2) / PER_CELL / planes), 1, CELLS / np.sqrt(planes)))
     lines = [_quantiles(x, side * planes), _quantiles(y, side)]
     if len(parted):
         lines[0] = np.sort(np.concatenate([lines[0], parted]))

@@ -6,7 +6,7 @@ from ..closed_forms import cross
 from .bundles import linear
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
-from .sieve import MANY, over_from, worth_it
+from .sieve import MANY, worth_it
 
 AXES = np.array([[1, 2, 0], [2, 0, 1], [0, 1, 2]])  # of the plane of a cube's face, the last the one it looks along
 
@@ -46,14 +46,11 @@ class _Seen:
         c = np.abs(c)
         self.x, self.y = a / c, b / c
         faces, face = np.unique(face, return_inverse=True)
-        before, through = _between(facets, centres, target, faces, face)
+        before = [self._before(facets, centres, one, target, face == j) for j, one in enumerate(faces)]
+        through = np.repeat(np.arange(len(faces)), [len(some) for some in before])
+        before = np.concatenate(before)
         kept = shape.take(before) != skip
         before, through = before[kept], through[kept]
-        if k == 1 and len(faces) == 1 and worth_it(len(before), len(which)):
-            plane = np.eye(3)[AXES[faces[0] >> 1]] * [[1], [1], [2 * (faces[0] & 1) - 1]]
-            few = over_from(facets, plane, centres[0], before[before < m], self.x, self.y)
-            before = np.concatenate([few, before[before >= m]])
-            through = np.zeros(len(before), int)
         round_ = before >= m
         flat = _Views(centres, faces, before[~round_], through[~round_])
         ball = _Views(centres, faces, before[round_] - m, through[round_])
@@ -67,6 +64,16 @@ class _Seen:
         )
         length = np.sqrt(1 + self.x**2 + self.y**2)
         self.near, self.far = first / length, np.maximum(c - last / length, 1e-300)
+
+    def _before(self, facets, centres, face, target, mine):
+        """(h,) Facets and balls that may hide any of the targets, of which `mine` (n,) bool are seen through a face."""
+        if len(centres) > 1 or not worth_it(facets.count, mine.sum()):
+            return _between(facets.boxes, centres, target[mine], face)
+        plane = np.eye(3)[AXES[face >> 1]]
+        plane[2] *= 2 * (face & 1) - 1
+        flat = facets.sieve.seen_from(centres[0], plane, self.x[mine], self.y[mine])
+        balls = [box[:, facets.count :] for box in facets.boxes]
+        return np.concatenate([flat, facets.count + _between(balls, centres, target[mine], face)])
 
     def hidden(self):
         """(n,)"""
@@ -129,28 +136,23 @@ class _Views:
         return out
 
 
-def _between(facets, centres, targets, faces, face):
-    """(h,) Facets and balls that may come between centres (k, 3) and targets (n, 3) m, which are seen through `face`
-    (n,) of the faces (f,) of a cube about each; and through which of these (h,), in order."""
+def _between(boxes, centres, targets, face):
+    """(k,) What may come between centres (k, 3) and targets (n, 3) m, which are seen through this face of the cubes
+    about these, by its boxes: low, high (3, m)."""
     first, last = centres.min(axis=0), centres.max(axis=0)
-    order = np.argsort(face, kind="stable")
-    start = np.searchsorted(face[order], np.arange(len(faces)))
-    ends = (np.minimum, first, targets), (np.maximum, last, targets)
-    low, high = (than(end, than.reduceat(those[order], start, axis=0)) for than, end, those in ends)
-    least, most = facets.boxes
-    axis, positive = faces >> 1, (faces & 1) > 0
-    ahead = np.where(positive[:, None], most[axis] > first[axis, None], least[axis] < last[axis, None])
+    low, high = np.minimum(targets.min(axis=0), first), np.maximum(targets.max(axis=0), last)
+    least, most = boxes
+    axis, positive = divmod(int(face), 2)
+    ahead = (most[axis] > first[axis]) if positive else (least[axis] < last[axis])
     for k in range(3):
-        ahead &= (most[k] >= low[:, k, None]) & (least[k] <= high[:, k, None])
-    through, some = np.nonzero(ahead)
+        ahead &= (most[k] >= low[k]) & (least[k] <= high[k])
+    some = np.flatnonzero(ahead)
     # within the pyramid of the face: as far aside as ahead, at most
-    axis, positive = axis[through], positive[through]
-    far = np.where(positive, most[axis, some] - first[axis], last[axis] - least[axis, some])
-    for k in (1, 2):
-        aside = (axis + k) % 3
-        keep = (least[aside, some] - last[aside] <= far) & (first[aside] - most[aside, some] <= far)
-        through, some, axis, far = through[keep], some[keep], axis[keep], far[keep]
-    return some, through
+    far = most[axis, some] - first[axis] if positive else last[axis] - least[axis, some]
+    for k in AXES[axis, :2]:
+        keep = (least[k, some] - last[k] <= far) & (first[k] - most[k, some] <= far)
+        some, far = some[keep], far[keep]
+    return some
 
 
 def _projective(facets, views):
