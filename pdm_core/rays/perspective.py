@@ -58,7 +58,7 @@ class _Seen:
         boxes = [np.concatenate(both, axis=1) for both in zip(boxes, _ball_cones(facets, ball))]
         self.flats, planes = len(flat.plane), np.concatenate([flat.plane, ball.plane])
         self.candidates = side_by_side(self.x, self.y, *boxes, which * len(faces) + face, planes, k * len(faces))
-        self.quadrics = _quadrics(facets, ball)
+        self.quadrics = _quadrics(facets, ball) if len(ball.item) else None
         self.triangle, self.shape, self.ball_shape = (
             np.tile(values, k) for values in (facets.triangle[flat.item], shape[flat.item], shape[m + ball.item])
         )
