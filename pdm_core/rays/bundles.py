@@ -14,7 +14,7 @@ from ..shapes.sphere import Sphere
 from ..tolerances import FLUSH
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
-from .sieve import over_along, worth_it
+from .sieve import worth_it
 
 AGAINST = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
 SUNK = 3.0  # tolerances: what lies further behind a face is no longer against it, but thinner than rounding tells
@@ -77,7 +77,7 @@ def along(facets, directions, receivers):
     x, y, z = _turned(planes, receivers.points)
     if len(planes) > 1 or not worth_it(facets.count, len(x)):
         return _along(facets, directions, receivers, planes, (x, y, z))
-    some = over_along(facets, planes[0], x, y)
+    some = facets.sieve.along(planes[0], x, y)
     balls = np.arange(len(facets.ball_centre))
     hits = _along(facets.only(some, balls), directions, receivers, planes, (x, y, z))
     hits.facet = np.concatenate([some, facets.count + balls, [CONTACT, NOTHING]])[hits.facet]
@@ -98,7 +98,8 @@ def _along(facets, directions, receivers, planes, places):
     nearest, reached, shape = np.full(n, NOTHING), np.full(n, np.inf), facets.shape
     triangle, later = np.tile(facets.triangle, len(planes)), _later(facets, planes)
     of = np.append(np.tile(np.arange(m), len(planes)), np.tile(np.arange(m, len(shape)), len(planes)))
-    for who, found in pairs_of(*side_by_side(x, y, *boxes, which, len(planes), flats)):
+    plane = np.concatenate([np.repeat(np.arange(len(planes)), k) for k in (m, len(shape) - m)])
+    for who, found in pairs_of(*side_by_side(x, y, *boxes, which, plane, len(planes))):
         depth = np.full(len(who), np.inf)
         flat = np.flatnonzero(found < flats)
         r, k = who[flat], found[flat]
@@ -119,7 +120,7 @@ def _along(facets, directions, receivers, planes, places):
             r, k = who[round_], found[round_]
             ends = quadrics.ends(k - flats, x.take(r), y.take(r)) - z.take(r)
             own = receivers.own.take(r) == shape.take(of.take(k))
-            depth[round_] = _first(np.sort(sign.take(r) * ends, axis=0), r, own, receivers)
+            depth[round_] = _first(np.where(sign.take(r) > 0, ends, -ends[::-1]), r, own, receivers)
         first = np.flatnonzero(np.diff(who, prepend=-1))
         best = np.minimum.reduceat(depth, first)
         length = np.diff(first, append=len(who))
@@ -219,18 +220,23 @@ def linear(row, k, x, y):
 def _ball_boxes(facets, planes):
     """Boxes low, high (2, k b) of balls projected along the last axes of planes (k, 3, 3)."""
     middle = np.moveaxis(planes[:, :2] @ facets.ball_centre.T, 1, 0).reshape(2, -1)
-    reach = np.linalg.norm(np.einsum("kai,bij->akbj", planes[:, :2], facets.ball_linear), axis=3).reshape(2, -1)
+    reach = _turned_balls(planes[:, :2], facets.ball_linear.transpose(0, 2, 1))
+    reach = np.sqrt((reach**2).sum(axis=1)).reshape(2, -1)
     return middle - reach, middle + reach
 
 
 def _quadrics_along(facets, planes):
     """The Quadrics of all balls along the last axes of planes (k, 3, 3), of one plane after the other."""
-    count = len(planes)
-    inverse, centre = np.tile(facets.ball_inverse, (count, 1, 1)), np.tile(facets.ball_centre, (count, 1))
-    own = np.repeat(planes, len(facets.ball_centre), axis=0)
-    fixed, step = np.moveaxis(own, 1, 2).copy(), np.zeros((len(own), 3, 3))
-    step[:, :, 2], fixed[:, :, 2] = own[:, 2], 0.0
-    return Quadrics(inverse, -centre, fixed, step, False)
+    x, y, step = _turned_balls(planes, facets.ball_inverse)
+    middle = np.einsum("bij,bj->ib", facets.ball_inverse, facets.ball_centre)[:, None]
+    return Quadrics(step, (x, y, -middle), False)
+
+
+def _turned_balls(planes, matrices):
+    """(c, 3, k, b) Matrices (b, 3, 3) of the balls times the c axes of planes (k, c, 3)."""
+    k, c, _ = planes.shape
+    out = planes.reshape(-1, 3) @ matrices.transpose(2, 1, 0).reshape(3, -1)
+    return out.reshape(k, c, 3, -1).transpose(1, 2, 0, 3)
 
 
 def _first(ends, r, own, receivers):

@@ -4,7 +4,7 @@ The share is that of points spread over the source, seen through one perspective
 more and more of them, until what is unsure is below the tolerance.
 """
 
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 
@@ -171,12 +171,13 @@ class Shares:
         their turn (n,)."""
         place, normal, weight = source.samples(count * turns)
         turns = min(turns, len(place))
-        tint, own, weight = source.tint(place), np.arange(len(place)) % turns, turns * weight
+        tint, weight = source.tint(place), turns * weight
         tally = Tally(source, receivers.points + self.facets.centre, len(place) // turns, turns)
-        for some, mine in _blocks(len(place), len(receivers), self.facets):
+        each = [(np.arange(k, len(place), turns), np.flatnonzero(turn % turns == k)) for k in range(turns)]
+        for some, mine in chain(*(_blocks(*own, self.facets) for own in each)):
             part = receivers.take(mine)
             value = self._values(source, place[some], None if normal is None else normal[some], part)
-            value *= weight[some, None] * (own[some, None] == turn[mine] % turns)
+            value *= weight[some, None]
             point, who = np.nonzero(value)
             visible = self._visible(source, place[some], part, point, who)
             self.counts["shadow rays"] += len(who)
@@ -215,12 +216,13 @@ class Shares:
 
 
 def _blocks(points, receivers, facets):
-    """Yields index arrays of points and receivers that are worked out together, until each has been with all: few of
-    those of which there are fewer, from which the others are seen."""
-    all_points, all_receivers = np.arange(points), np.arange(receivers)
-    if receivers < points:
-        return ((all_points, some) for some in batches(receivers, points, facets))
-    return ((some, all_receivers) for some in batches(points, receivers, facets))
+    """Yields parts of indices of points and of receivers that are worked out together, until each has been with all:
+    few of those of which there are fewer, from which the others are seen."""
+    if not len(receivers):
+        return ()
+    if len(receivers) < len(points):
+        return ((points, receivers[some]) for some in batches(len(receivers), len(points), facets))
+    return ((points[some], receivers) for some in batches(len(points), len(receivers), facets))
 
 
 def _taken(light):

@@ -53,9 +53,9 @@ class RayState:
 
     # -- geometry ------------------------------------------------------------------------------------------------
 
-    def extend(self, old, count=None):
+    def extend(self, old, count=None, anew=False):
         """Rays and direct light of the nodes that old (n,) does not know, -1; rays of all of them along so many
-        directions where a count is given; yields."""
+        directions where a count is given, direct light of all where it is to be anew; yields."""
         if count is None:
             self.traced = yield from in_thread(self.traced.moved, old)
         else:
@@ -70,7 +70,7 @@ class RayState:
         yield from self.trace(changed)
         if count is not None:
             yield from self.trace(np.flatnonzero(old >= 0))
-        yield from self.lit.extend(self, old)
+        yield from self.lit.extend(self, np.full(len(old), -1) if anew else old)
         yield from in_thread(self.link)
 
     def trace(self, which):

@@ -16,12 +16,12 @@ from ..shapes.shape import PARALLEL, box_of, unit
 from ..tolerances import CLEAR, KEPT
 from .near_facets import near_facets
 from .near_flats import WIDER, near_flats
+from .sieve import Sieve
 
 PARTED = KEPT + CLEAR  # tolerances between layers of shapes in one plane: more than what hides, and their own rounding
 POINTED = 64.0, 1e-2  # tolerances, or of its length, that a facet's corners move at most by this: where it is a sliver
 FINEST = 1e-10  # of the scene's size: the least tolerance, at which what our sums lose at a slant is within WIDER
 FEW = 8  # corners of shapes that may be a room's walls
-WIDER_SINGLE = 1e-6  # of lengths: more than what single precision rounds off
 
 
 class Facets:
@@ -90,7 +90,7 @@ class Facets:
     def only(self, flat, ball):
         """Some of them alone: which facets (k,), which balls (j,)."""
         out = copy.copy(self)
-        for name in ("boxes", "spheres", "near_flats", "near_facets"):
+        for name in ("boxes", "ball_reach", "sieve", "near_flats", "near_facets"):
             vars(out).pop(name, None)
         both = np.concatenate([flat, self.count + ball])
         for which, names in (
@@ -128,17 +128,19 @@ class Facets:
     @cached_property
     def boxes(self):
         """low, high (3, m + b) m of the facets and the balls."""
-        corners, reach = self.corners(slice(None)), np.linalg.norm(self.ball_linear, axis=2)
+        corners, reach = self.corners(slice(None)), self.ball_reach
         low = np.concatenate([corners.min(axis=1), self.ball_centre - reach])
         return low.T.copy(), np.concatenate([corners.max(axis=1), self.ball_centre + reach]).T.copy()
 
     @cached_property
-    def spheres(self):
-        """Centres (3, m) and radii (m,) m of balls that hold a facet each, in single precision, a little wider."""
-        middle = self.middles()
-        radius, centre = np.linalg.norm(self.corners(slice(None)) - middle[:, None], axis=2).max(axis=1), middle.T
-        wider = WIDER_SINGLE * np.abs(centre).max(initial=0.0)
-        return np.ascontiguousarray(centre, np.float32), (radius * (1 + WIDER_SINGLE) + wider).astype(np.float32)
+    def ball_reach(self):
+        """(b, 3) m, how far balls reach from their centres along each axis."""
+        return np.linalg.norm(self.ball_linear, axis=2)
+
+    @cached_property
+    def sieve(self):
+        """The Sieve of the facets."""
+        return Sieve(self)
 
     @cached_property
     def near_flats(self):

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..at_once import in_turn, runs
 
-PER_CELL = 2.0  # receivers
+PER_CELL = 2.0  # receivers, or twice as many boxes, whichever makes more cells
 CELLS = 250  # along each axis at most: their product, planes side by side, fits the sixteen bits that are sorted fast
 TABLE = 16  # entries, for each line, of the table that finds shapes' cells
 SAMPLED = 4096  # receivers whose places tell the quantiles
@@ -29,7 +29,7 @@ def pairs_of(x, y, low, high, parted=()):
     if not n:
         return
     planes = len(parted) + 1
-    side = int(np.clip(np.sqrt(n / PER_CELL / planes), 1, CELLS / np.sqrt(planes)))
+    side = int(np.clip(np.sqrt(max(n, len(low[0]) / 2) / PER_CELL / planes), 1, CELLS / np.sqrt(planes)))
     lines = [_quantiles(x, side * planes), _quantiles(y, side)]
     if len(parted):
         lines[0] = np.sort(np.concatenate([lines[0], parted]))
@@ -81,15 +81,15 @@ def _quantiles(values, count):
     return some[(np.arange(1, count) * len(some)) // count]
 
 
-def side_by_side(x, y, low, high, which, count, flats):
-    """What pairs_of takes of places x, y (n,), which (n,) of `count` planes they lie in, and boxes low, high (2, m),
-    the first `flats` those of each plane in turn, then the others of each in turn."""
+def side_by_side(x, y, low, high, which, of_box, count):
+    """What pairs_of takes of places x, y (n,) and boxes low, high (2, m), which (n,) and of_box (m,) of `count` planes
+    they lie in."""
     if count == 1 or not len(x):
         return x, y, low, high, ()
     least, most = x.min(), x.max()
     width = 1.5 * (most - least) or 1.0
     begin = np.arange(count) * width
-    offset = np.concatenate([np.repeat(begin, k // count) for k in (flats, low.shape[1] - flats)])
+    offset = begin.take(of_box)
     low[:, (low[0] > most) | (high[0] < least)] = np.inf
     low[0], high[0] = np.maximum(low[0], least) + offset, np.minimum(high[0], most) + offset
     return x + begin.take(which), y, low, high, most + width / 6 + begin[:-1]

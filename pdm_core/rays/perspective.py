@@ -6,7 +6,9 @@ from ..closed_forms import cross
 from .bundles import linear
 from .grid import pairs_of, side_by_side
 from .quadrics import Quadrics
-from .sieve import over_from, worth_it
+from .sieve import MANY, worth_it
+
+AXES = np.array([[1, 2, 0], [2, 0, 1], [0, 1, 2]])  # of the plane of a cube's face, the last the one it looks along
 
 
 def seen_from(facets, points, receivers, point, who, skip=-1, beyond=None):
@@ -20,46 +22,58 @@ def seen_from(facets, points, receivers, point, who, skip=-1, beyond=None):
     far = 1 - near
     target = ends[far].take(which[far], axis=0)
     first, last = (np.maximum(kept[k], facets.tolerance) for k in (near, far))
-    pairs = which[near], target, first, last, receivers.own.take(who), receivers.inside.take(who)
     offset = target - ends[near].take(which[near], axis=0)
     axis = np.abs(offset).argmax(axis=1)
-    face = 2 * axis + (np.take_along_axis(offset, axis[:, None], axis=1)[:, 0] > 0)
-    for number in np.unique(face):
-        a, positive = divmod(int(number), 2)
-        plane = np.zeros((3, 3))
-        plane[0, (a + 1) % 3] = plane[1, (a + 2) % 3] = 1.0
-        plane[2, a] = 1.0 if positive else -1.0
-        some = np.flatnonzero(face == number)
-        out[some] = ~_Seen(facets, ends[near], plane, skip, *(value.take(some, axis=0) for value in pairs)).hidden()
+    offset = np.take_along_axis(offset, AXES.take(axis, axis=0), axis=1)
+    face = 2 * axis + (offset[:, 2] > 0)
+    pairs = which[near], face, target, offset, first, last, receivers.own.take(who), receivers.inside.take(who)
+    # of very many facets, which may be sifted for each face, one face after the other
+    for one in np.unique(face) if facets.count > MANY else [face]:
+        some = np.flatnonzero(face == one)
+        if len(some):
+            out[some] = ~_Seen(facets, ends[near], skip, *(value.take(some, axis=0) for value in pairs)).hidden()
     return out
 
 
 class _Seen:
-    """Of targets (n, 3) m, each before one face of a cube about which (n,) of the centres (k, 3): plane (3, 3), its
-    axes; first and last (n,) m: what hides it is further than that from the centre and from the target; own, inside
-    (n,): as those of receivers."""
+    """Of targets (n, 3) m, seen from which (n,) of the centres (k, 3) through which `face` (n,) of a cube about each, 0
+    to 5: offset (n, 3) m along its plane's AXES; first and last (n,) m: what hides it is further than that from the
+    centre and from the target; own, inside (n,): as those of receivers. All the planes lie side by side."""
 
-    def __init__(self, facets, centres, plane, skip, which, target, first, last, own, inside):
+    def __init__(self, facets, centres, skip, which, face, target, offset, first, last, own, inside):
         self.own, self.inside, shape, m, k = own, inside, facets.shape, facets.count, len(centres)
-        a, b, c = plane @ (target - centres.take(which, axis=0)).T
+        a, b, c = offset.T
+        c = np.abs(c)
         self.x, self.y = a / c, b / c
-        before = _between(facets, centres, plane, target)
-        before = before[shape[before] != skip]
-        flat, ball = np.split(before, [np.searchsorted(before, m)])
-        if k == 1 and worth_it(len(flat), len(self.x)):
-            flat = over_from(facets, plane, centres[0], flat, self.x, self.y)
-        self.inverse, *boxes = _projective(facets, centres, plane, flat)
-        boxes = [np.concatenate(both, axis=1) for both in zip(boxes, _ball_cones(facets, centres, plane, ball - m))]
-        self.flats = len(flat) * k
-        self.candidates = side_by_side(self.x, self.y, *boxes, which, k, self.flats)
-        start = (centres[:, None] - facets.ball_centre[ball - m]).reshape(-1, 3)
-        inverse = np.tile(facets.ball_inverse[ball - m], (k, 1, 1))
-        self.quadrics = Quadrics(inverse, start, np.zeros((3, 3)), plane.T, True)
+        faces, face = np.unique(face, return_inverse=True)
+        before = [self._before(facets, centres, one, target, face == j) for j, one in enumerate(faces)]
+        through = np.repeat(np.arange(len(faces)), [len(some) for some in before])
+        before = np.concatenate(before)
+        kept = shape.take(before) != skip
+        before, through = before[kept], through[kept]
+        round_ = before >= m
+        flat = _Views(centres, faces, before[~round_], through[~round_])
+        ball = _Views(centres, faces, before[round_] - m, through[round_])
+        self.inverse, *boxes = _projective(facets, flat)
+        boxes = [np.concatenate(both, axis=1) for both in zip(boxes, _ball_cones(facets, ball))]
+        self.flats, planes = len(flat.plane), np.concatenate([flat.plane, ball.plane])
+        self.candidates = side_by_side(self.x, self.y, *boxes, which * len(faces) + face, planes, k * len(faces))
+        self.quadrics = _quadrics(facets, ball) if len(ball.item) else None
         self.triangle, self.shape, self.ball_shape = (
-            np.tile(values, k) for values in (facets.triangle[flat], shape[flat], shape[ball])
+            np.tile(values, k) for values in (facets.triangle[flat.item], shape[flat.item], shape[m + ball.item])
         )
         length = np.sqrt(1 + self.x**2 + self.y**2)
         self.near, self.far = first / length, np.maximum(c - last / length, 1e-300)
+
+    def _before(self, facets, centres, face, target, mine):
+        """(h,) Facets and balls that may hide any of the targets, of which `mine` (n,) bool are seen through a face."""
+        if len(centres) > 1 or not worth_it(facets.count, mine.sum()):
+            return _between(facets.boxes, centres, target[mine], face)
+        plane = np.eye(3)[AXES[face >> 1]]
+        plane[2] *= 2 * (face & 1) - 1
+        flat = facets.sieve.seen_from(centres[0], plane, self.x[mine], self.y[mine])
+        balls = [box[:, facets.count :] for box in facets.boxes]
+        return np.concatenate([flat, facets.count + _between(balls, centres, target[mine], face)])
 
     def hidden(self):
         """(n,)"""
@@ -91,37 +105,66 @@ class _Seen:
         return r[through & ((self.own.take(r) != self.ball_shape.take(k)) | self.inside.take(r))]
 
 
-def _between(facets, centres, plane, targets):
-    """(k,) Facets and balls that may come between centres (k, 3) and targets (n, 3) m, which lie before them: plane
-    (3, 3), axes of the one face of a cube about each through which they are seen."""
+class _Views:
+    """Of facets or balls item (m,) seen from each of the centres (k, 3) in turn, through faces[through] (m,): plane (k
+    m,), in which of all planes each is."""
+
+    def __init__(self, centres, faces, item, through):
+        self.centres, self.item, face = centres, item, faces.take(through)
+        self.axes, self.sign = AXES.take(face >> 1, axis=0).T, 2.0 * (face & 1) - 1
+        self.plane = (np.arange(len(centres))[:, None] * len(faces) + through).ravel()
+
+    def turned(self, vectors):
+        """(3, m) Of vectors (n, 3) those of the items, along the axes of their planes."""
+        out = vectors.ravel().take(3 * self.item + self.axes)
+        out[2] *= self.sign
+        return out
+
+    def from_all(self, points):
+        """(3, k m) The items' points, of (n, 3), from all centres."""
+        out = self.turned(points)[:, None] - self._centres
+        return out.reshape(3, -1)
+
+    def for_all(self, vectors):
+        """(3, k m) The items' vectors, of (n, 3), for all centres."""
+        return np.tile(self.turned(vectors), len(self.centres))
+
+    @property
+    def _centres(self):
+        out = np.moveaxis(self.centres.take(self.axes, axis=1), 1, 0).copy()
+        out[2] *= self.sign
+        return out
+
+
+def _between(boxes, centres, targets, face):
+    """(k,) What may come between centres (k, 3) and targets (n, 3) m, which are seen through this face of the cubes
+    about these, by its boxes: low, high (3, m)."""
     first, last = centres.min(axis=0), centres.max(axis=0)
     low, high = np.minimum(targets.min(axis=0), first), np.maximum(targets.max(axis=0), last)
-    least, most = facets.boxes
-    axis = int(np.abs(plane[2]).argmax())
-    sign = plane[2, axis]
-    ahead = (most[axis] > first[axis]) if sign > 0 else (least[axis] < last[axis])
+    least, most = boxes
+    axis, positive = divmod(int(face), 2)
+    ahead = (most[axis] > first[axis]) if positive else (least[axis] < last[axis])
     for k in range(3):
         ahead &= (most[k] >= low[k]) & (least[k] <= high[k])
     some = np.flatnonzero(ahead)
     # within the pyramid of the face: as far aside as ahead, at most
-    far = most[axis, some] - first[axis] if sign > 0 else last[axis] - least[axis, some]
-    for k in ((axis + 1) % 3, (axis + 2) % 3):
+    far = most[axis, some] - first[axis] if positive else last[axis] - least[axis, some]
+    for k in AXES[axis, :2]:
         keep = (least[k, some] - last[k] <= far) & (first[k] - most[k, some] <= far)
         some, far = some[keep], far[keep]
     return some
 
 
-def _projective(facets, centres, plane, some):
-    """Of facets `some` (m,) seen from each of the centres (k, 3) in turn: rows (3 times (3, k m)) that take (1, x, y)
-    to s / depth, t / depth, 1 / depth, and boxes low, high (2, k m) of what lies before it."""
-    o = _from_all(centres, plane, facets.origin[some])
-    u, v = (np.tile(plane @ a[some].T, len(centres)) for a in (facets.u, facets.v))
+def _projective(facets, views):
+    """Of the facets of _Views: rows (3 times (3, k m)) that take (1, x, y) to s / depth, t / depth, 1 / depth, and
+    boxes low, high (2, k m) of what lies before the centres."""
+    o, u, v = views.from_all(facets.origin), views.for_all(facets.u), views.for_all(facets.v)
     uv, vo, ou = cross(u, v), cross(v, o), cross(o, u)
     det = o[0] * uv[0] + o[1] * uv[1] + o[2] * uv[2]
     size = np.sqrt((uv * uv).sum(axis=0) * (o * o).sum(axis=0))
     seen = np.abs(det) > 1e-12 * size
     scale = 1 / np.where(seen, det, np.inf)
-    triangle = np.tile(facets.triangle[some], len(centres))
+    triangle = np.tile(facets.triangle[views.item], len(views.centres))
     corners = np.stack([o, o + u, o + u + np.where(triangle, 0.0, v), o + v], axis=1)
     least = max(min(1e-9 * np.abs(corners).max(initial=0.0), facets.tolerance), 1e-300)  # layers are further apart
     ahead = corners[2] >= least
@@ -140,17 +183,9 @@ def _projective(facets, centres, plane, some):
     return tuple((row * scale)[order] for row in (vo, ou, uv)), low, high
 
 
-def _from_all(centres, plane, points):
-    """(3, k m) Points (m, 3) as seen from each of the centres (k, 3) in turn, along the plane's axes."""
-    return ((plane @ points.T)[:, None] - (plane @ centres.T)[:, :, None]).reshape(3, -1)
-
-
-def _ball_cones(facets, centres, plane, some):
-    """Boxes low, high (2, k b) of balls `some` (b,) seen from each of the centres in turn; all, where the box about one
-    is not before it."""
-    middle = _from_all(centres, plane, facets.ball_centre[some])
-    reach = np.linalg.norm(np.einsum("ai,bij->abj", plane, facets.ball_linear[some]), axis=2)
-    reach = np.tile(reach, len(centres))
+def _ball_cones(facets, views):
+    """Boxes low, high (2, k b) of the balls of _Views; all, where the box about one is not before the centre."""
+    middle, reach = views.from_all(facets.ball_centre), np.abs(views.for_all(facets.ball_reach))
     near = middle[2] - reach[2]
     ahead = near > 0
     ends = [(middle[:2] + k * reach[:2]) for k in (-1, 1)]
@@ -159,3 +194,12 @@ def _ball_cones(facets, centres, plane, some):
     low, high = np.where(ahead, low, -np.inf), np.where(ahead, high, np.inf)
     low[:, middle[2] + reach[2] <= 0] = np.inf
     return low, high
+
+
+def _quadrics(facets, views):
+    """The Quadrics of the balls of _Views."""
+    inverse = facets.ball_inverse.take(views.item, axis=0)
+    step = np.take_along_axis(inverse, views.axes.T[:, None], axis=2).transpose(2, 1, 0)[:, :, None].copy()
+    step[2] *= views.sign
+    middle = views.from_all(facets.ball_centre).reshape(3, len(views.centres), -1)
+    return Quadrics(-sum(a * b for a, b in zip(step, middle)), step, True)

@@ -44,14 +44,15 @@ def improve(check):
     finer = (yield from finer_nodes(check, excess["sent"], count)) if excess["sent"] > 1 else None
     if finer is not None:
         state.nodes = finer
-        yield from state.extend(finer.old, count)
-    elif count is not None:
+        yield from state.extend(finer.old, count, again)
+        return True
+    if count is not None:
         state.traced = Traced(len(state.nodes), directions(count))
         yield from state.trace(np.arange(len(state.nodes)))
         yield from in_thread(state.link)
     if again:
         yield from lit.extend(state, np.full(len(state.nodes), -1))
-    return did or again or finer is not None or count is not None
+    return did or again or count is not None
 
 
 def excess_of(parts, target, stuck=0.0):

@@ -38,6 +38,8 @@ class Traced:
     def trace(self, facets, receivers, which):
         """Rays, the rows `which` (n,) of this, of receivers(rows, j) (k,) of them along the j-th directions (k,);
         yields a bundle at a time."""
+        if not len(which):
+            return
         for some in batches(len(self.directions), len(which), facets):
             rows, j = np.tile(which, len(some)), np.repeat(some, len(which))
             hits = along(facets, self.directions[some], receivers(rows, j))

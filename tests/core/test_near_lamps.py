@@ -14,6 +14,7 @@ from pdm_core.rays.direct import Shares
 from pdm_core.rays.engine import RayState
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.placed import Placed
+from pdm_core.rays.refinement import improve
 from pdm_core.rays.solution import ray_steps
 from pdm_core.rays.sources import met_by_rays, sources_of
 from pdm_core.rays.tally import unseen
@@ -99,6 +100,23 @@ def test_lamp_light_that_no_point_stands_for_asks_for_no_more_rays():
     finish(check.measure())
     assert check.parts["nodes"] == before["nodes"] > 0
     assert check.parts["shadows"] > 0.1 > before["shadows"]
+
+
+def test_where_cells_and_points_of_lamps_get_finer_together_all_are_lit_once():
+    """The new cells were lit, and then all of them anew."""
+    room = [Surface(face, 0.5) for face in _box((-2, -2, -1.2), (4, 4, 3.2))]
+    room.append(Surface(Plane((-0.5, -0.4, 1.9), (0, 0.8, 0), (1, 0, 0)), 0.0, 5.0))
+    state = RayState(Scene([*room, Surface(Sphere.at((0.3, 0.2, 0), 0.4), 0.5)]), 0.02)
+    finish(state.extend(np.full(len(state.nodes), -1)))
+    finish(state.solve())
+    check = Check(state)
+    finish(check.measure())
+    check.parts |= {"lamps": 0.1, "sent": 0.1}
+    lit, extend = [], state.lit.extend
+    state.lit.extend = lambda state, old: lit.append(old) or extend(state, old)
+    assert finish(improve(check))
+    (old,) = lit
+    assert len(old) == len(state.nodes) and (old < 0).all() and (state.nodes.old >= 0).any()
 
 
 def test_what_is_shut_in_near_a_lamp_hangs_on_no_light_that_few_points_do_not_stand_for():
