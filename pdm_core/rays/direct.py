@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from ..at_once import AT_ONCE, CACHED, slices
+from ..at_once import CACHED, slices
 from ..closed_forms import dot, kernel, ways
 from ..tolerances import FAINT, TINY
 from .bundles import NOTHING, along

@@ -43,7 +43,9 @@ def pairs_of(x, y, low, high, parted=(), done=None):
     over = (high[0] >= bounds[0][0]) & (low[0] <= bounds[0][1]) & (high[1] >= bounds[1][0]) & (low[1] <= bounds[1][1])
     shape = np.flatnonzero(over & (low <= high).all(axis=0))
     if done is not None:
-        shape = shape[np.argsort(-(high - low)[:, shape].prod(axis=0), kind="stable")]
+        ends = zip(low[:, shape], high[:, shape], bounds)
+        wide = [np.minimum(b, most) - np.maximum(a, least) for a, b, (least, most) in ends]
+        shape = shape[np.argsort(-wide[0] * wide[1], kind="stable")]
     spans = [_span(line, *bound, low[k, shape], high[k, shape]) for k, (line, bound) in enumerate(zip(lines, bounds))]
     first = np.stack([span[0] for span in spans])
     wide = np.stack([span[1] for span in spans]) - first + 1
