@@ -137,9 +137,11 @@ class Shares:
         pairs = np.flatnonzero(np.repeat(some_shine, few))
         pairs = pairs[np.argsort(point.ravel()[pairs], kind="stable")]
         which, whose, got = point.ravel()[pairs], pairs // few, np.zeros((n * few, 1 if tint is None else 3))
-        for some in batches(len(place), n * few // len(place), self.facets):
-            part = slice(*np.searchsorted(which, [some[0], some[-1] + 1]))
-            seen = self._visible(source, place[some], receivers, which[part].astype(int) - some[0], whose[part])
+        used = np.unique(which)  # of a ball half of the points look away from all
+        number = np.searchsorted(used, which)
+        for some in batches(len(used), len(which) // len(used), self.facets) if len(used) else ():
+            part = slice(*np.searchsorted(number, [some[0], some[-1] + 1]))
+            seen = self._visible(source, place[used[some]], receivers, number[part] - some[0], whose[part])
             got[pairs[part]] = seen[:, None] if tint is None else seen[:, None] * tint[which[part]]
             self.counts["shadow rays"] += len(seen)
             yield

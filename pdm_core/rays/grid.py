@@ -26,8 +26,8 @@ def batches(count, places, facets):
 def pairs_of(x, y, low, high, parted=(), done=None):
     """Yields (receiver, shape) (p,) index arrays, sorted by cell and receiver: shapes whose boxes low, high (2, m) may
     hold the receivers' places x, y (n,); parted: values of x that nothing goes across; done (n,) bool, where it is
-    given: receivers that need no more, whoever asks sets them meanwhile; each comes with a few shapes at a time then,
-    the largest ones first."""
+    given: receivers that need no more, whoever asks sets them meanwhile; where pairs are many each comes with a few
+    shapes at a time then, the largest ones first."""
     n = len(x)
     if not n:
         return
@@ -57,7 +57,8 @@ def pairs_of(x, y, low, high, parted=(), done=None):
     number = np.bincount(place, minlength=(len(lines[0]) + 1) * side)
     start = np.cumsum(number) - number
     own = cell.take(order)
-    begin, left, most = start.take(own), number.take(own), len(shape) if done is None else AT_FIRST
+    begin, left = start.take(own), number.take(own)
+    most = len(shape) if done is None or left.sum() <= CANDIDATES else AT_FIRST  # few are tested sooner than sorted out
     while len(order):
         each = np.minimum(left, most)
         for run in runs(each, CANDIDATES):

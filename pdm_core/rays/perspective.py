@@ -30,7 +30,10 @@ def seen_from(facets, points, receivers, point, who, skip=-1, beyond=None):
         plane[0, (a + 1) % 3] = plane[1, (a + 2) % 3] = 1.0
         plane[2, a] = 1.0 if positive else -1.0
         some = np.flatnonzero(face == number)
-        out[some] = ~_Seen(facets, ends[near], plane, skip, *(value.take(some, axis=0) for value in pairs)).hidden()
+        which, *rest = (value.take(some, axis=0) for value in pairs)
+        used = np.bincount(which, minlength=len(ends[near])) > 0
+        centres, which = ends[near][used], (np.cumsum(used) - 1).take(which)
+        out[some] = ~_Seen(facets, centres, plane, skip, which, *rest).hidden()
     return out
 
 
