@@ -39,14 +39,20 @@ def across(n):
     return divide(e, np.sqrt(dot(e, e)))
 
 
-def kernel(place, normal, points, normals):
-    """(n, k) cosines over square distance, of sample places (k, 3) with normals (k, 3) or None, at points (n, 3)."""
-    d = place[None] - points[:, None]
-    square = np.maximum(np.einsum("nki,nki->nk", d, d), 1e-150)  # its own square is above 0
-    out = np.maximum(np.einsum("nki,ni->nk", d, normals), 0.0)
+def ways(points, places):
+    """(3, k, n) m from points (n, 3) m to places (k, 3) m."""
+    return places.T.copy()[:, :, None] - points.T.copy()[:, None]
+
+
+def kernel(way, normal, normals, side=1.0):
+    """(k, n) cosines over square distance, of sample places with normals (k, 3) or None, that are ways (3, k, n) m from
+    points with normals (n, 3); side (n,): -1 where the points see the places' other sides."""
+    square = np.maximum(dot(way, way), 1e-150)  # its own square is above 0
+    out = np.maximum(dot(way, normals.T.copy()[:, None]), 0.0)
     if normal is None:
         return out / square**1.5
-    return out * np.maximum(-np.einsum("nki,ki->nk", d, normal), 0.0) / square**2
+    out *= np.maximum(dot(way, normal.T[:, :, None]) * -side, 0.0)
+    return out / square**2
 
 
 def disc_kernel(place, normal, area, points, normals):

@@ -2,27 +2,38 @@
 
 import numpy as np
 
-from .at_once import AT_ONCE, parts
+from .at_once import AT_ONCE, parts, slices
 from .numerics import gauss_legendre
-from .shapes.shape import cones, unit
+from .shapes.shape import cones, frames, unit
 
 COARSE, DIRECTIONS = 32, 1024  # across the cone in which a lamp is seen, to find where its light fades, and there
 NODES, FEW, MANY = 6, 2, 12  # Gauss points between kinks, 1e-5 off at most; fewer on polygons of more than MANY edges
 LEAST_HALF = 1e-3  # of a spread; light is then parallel to a part in a million, and tan a - a known to one in 10^9
 
 
-def across_cone(pattern, axes, normals, half):
-    """The share (n,) that a pattern of directions lets through of what points with unit normals (n, 3) receive from
-    round cones of even light about unit axes (n, 3) towards it, half angles (n,). By an even lattice of directions."""
-    few = pattern(-cones(axes, half, COARSE, 1.0))
-    share = few[:, 0].copy()  # where the pattern's edge is not within the cone
-    mixed = np.flatnonzero(np.ptp(few, axis=1) > 0)
-    for part in parts(mixed, AT_ONCE // DIRECTIONS):
-        towards = cones(axes[part], half[part], DIRECTIONS)
-        cosine = np.maximum(np.einsum("nkj,nj->nk", towards, normals[part]), 0.0)
+def across_cone(turned, fading, axes, normals, half):
+    """The share (n,) let through of what points with unit normals (n, 3) receive from round cones of even light about
+    unit axes (n, 3) towards it, half angles (n,), where fading(...) of the cosine between the third axis and directions
+    turned by a matrix (3, 3) tells how much of it is. By an even lattice of directions."""
+    frame, share = frames(axes).swapaxes(1, 2), np.empty(len(axes))
+    turned, normals = turned @ frame, normals[:, None] @ frame
+    for part in slices(len(axes), AT_ONCE // (4 * COARSE)):
+        few = fading(_third(turned[part] @ cones(half[part], COARSE, 1.0)))
+        # nan where the pattern's edge is within the cone
+        share[part] = np.where(np.ptp(few, axis=1) > 0, np.nan, few[:, 0])
+    for part in parts(np.flatnonzero(np.isnan(share)), AT_ONCE // (4 * DIRECTIONS)):
+        towards = cones(half[part], DIRECTIONS)
+        cosine = np.maximum((normals[part] @ towards)[:, 0], 0.0)
         total = cosine.sum(axis=1)
-        share[part] = (cosine * pattern(-towards)).sum(axis=1) / np.where(total > 0, total, 1.0)
+        through = np.einsum("nk,nk->n", cosine, fading(_third(turned[part] @ towards)))
+        share[part] = through / np.where(total > 0, total, 1.0)
     return share
+
+
+def _third(directions):
+    """(n, k) Cosines between directions (n, 3, k) and the third axis."""
+    x, y, z = np.moveaxis(directions, 1, 0)
+    return z / np.sqrt(x * x + y * y + z * z)
 
 
 def beam_unoccluded(points, normals, corners, normal, half):

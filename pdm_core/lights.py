@@ -10,7 +10,7 @@ import numpy as np
 
 from .at_once import CACHED
 from .checked import LEAST, MOST, SceneError, colour, direction_of, finite, number
-from .closed_forms import disc_unoccluded, sphere_unoccluded
+from .closed_forms import disc_unoccluded, dot, sphere_unoccluded
 from .contour import polygon_unoccluded
 from .light_beams import across_cone, beam_unoccluded
 from .scene import Light
@@ -73,18 +73,17 @@ class PointLight(Light):
         normals = lattice(2 * count)  # half of them look away from any point
         return self.position + self.radius * normals, normals, np.full(2 * count, 1 / (2 * count))
 
-    def beyond(self, places, points):
+    def beyond(self, way, points):
         """See Light: a disc's rays end in its plane."""
         if self.radius == 0 or not self.faces:
             return None
-        offset = self.position - points
-        distance = np.maximum(np.linalg.norm(offset, axis=-1), LEAST)
-        ahead = np.einsum("...i,...i->...", places - points, offset) / distance  # along the disc's axis
-        length = np.linalg.norm(places - points, axis=-1)
-        slope2 = np.maximum(length**2 - ahead**2, 0.0) * distance**2
+        offset = (self.position - points).T.copy()
+        distance = np.maximum(np.sqrt(dot(offset, offset)), LEAST)
+        ahead, square = dot(way, offset) / distance, dot(way, way)  # ahead: along the disc's axis
+        slope2 = np.maximum(square - ahead**2, 0.0) * distance**2
         within = (ahead > 0) & (slope2 <= (self.radius * ahead) ** 2)
         part = np.where(within, distance / np.maximum(ahead, LEAST), 1.0)
-        return np.where(within, length * (1 - part), np.nan)
+        return np.where(within, np.sqrt(square) * (1 - part), np.nan)
 
 
 class SpotLight(PointLight):
@@ -115,7 +114,12 @@ class SpotLight(PointLight):
         return np.linalg.inv(axes / values[0])
 
     def pattern(self, directions):
-        cosine = -unit(directions @ self.to_cone.T)[..., 2]
+        turned = np.tensordot(self.to_cone, np.moveaxis(directions, -1, 0), 1)
+        length = np.sqrt(dot(turned, turned))
+        return self._fading(-turned[2] / np.where(length > 0, length, 1.0))
+
+    def _fading(self, cosine):
+        """(...) What is left of the light at cosines (...) to the cone's axis."""
         edge = np.cos(self.angle / 2)
         x = np.clip((cosine - edge) / max((1 - edge) * self.blend, 1e-9), 0.0, 1.0)
         return x * x * (3 - 2 * x)
@@ -151,9 +155,8 @@ class SpotLight(PointLight):
         if not self.faces:
             half = np.arcsin(np.minimum(self.radius / np.maximum(distance, LEAST), 1.0))
             lit &= distance > self.radius  # from within a ball shines evenly
-        share, lit = np.ones(len(points)), np.flatnonzero(lit)
-        for part in np.array_split(lit, len(lit) // CACHED + 1):
-            share[part] = across_cone(self.pattern, unit(offset[part]), normals[part], half[part])
+        share = np.ones(len(points))
+        share[lit] = across_cone(self.to_cone, self._fading, unit(offset[lit]), normals[lit], half[lit])
         return whole * share
 
 

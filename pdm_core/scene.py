@@ -52,9 +52,10 @@ class Light:
         """(n,) Whether points (n, 3) m see the inner side of the ball that the samples are on."""
         return np.zeros(len(points), bool)
 
-    def beyond(self, places, points):
-        """Of rays from points (..., 3) m to sample places (..., 3) m the length (...) m that is behind the light and
-        that nothing hides, nan where the light does not reach so far aside; None where there is no such."""
+    def beyond(self, way, points):
+        """Of rays along ways (3, ..., n) m from points (n, 3) m to sample places the length (..., n) m that is behind
+        the light and that nothing hides, nan where the light does not reach so far aside; None where there is no
+        such."""
 
     def pattern(self, directions):
         """Unit directions (..., 3) in which light leaves it -> (...) radiance, of one that shines evenly."""

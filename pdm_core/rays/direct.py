@@ -8,9 +8,8 @@ from itertools import chain, product
 
 import numpy as np
 
-from ..at_once import AT_ONCE, CACHED, slices
-from ..closed_forms import kernel
-from ..shapes.shape import unit
+from ..at_once import CACHED, slices
+from ..closed_forms import dot, kernel, ways
 from ..tolerances import FAINT, TINY
 from .bundles import NOTHING, along
 from .grid import batches
@@ -127,30 +126,32 @@ class Shares:
             count = min(TURNS * max(most * MANY // len(self.sources), FACTOR * few), max(n * few // ASKED, few))
         place, normal, weight = source.samples(count)
         tint = source.tint(place)
-        point, some_shine = np.zeros((n, few), int), np.zeros(n, bool)
+        point, some_shine = np.zeros((n, few), np.int16), np.zeros(n, bool)
         turns = min(TURNS, max(len(place) // few, 1))
-        for part, turn in product(slices(n, max(AT_ONCE // most, 1)), range(turns)):
+        for part, turn in product(slices(n, turns * (2 * CACHED * TURNS // len(place) + 1)), range(turns)):
             mine = np.arange(n)[part][turn::turns]
             own = np.arange(turn, len(place), turns)
             normals = None if normal is None else normal[own]
             upto = self._values(source, place[own], normals, receivers.take(mine)) * weight[own, None]
             upto = upto.cumsum(axis=0)
-            at = (np.arange(few) + mine[:, None] * GOLDEN % 1) / few * upto[-1][:, None]
-            point[mine] = own[np.minimum((upto[:, :, None] <= at).sum(axis=0), len(own) - 1)]
+            for k in range(few):
+                at = (k + mine * GOLDEN % 1) / few * upto[-1]
+                number = (upto <= at).view(np.int8).sum(axis=0, dtype=np.int8)  # fewer than 2^7
+                point[mine, k] = own[np.minimum(number, len(own) - 1)]
             some_shine[mine] = upto[-1] > 0
             yield
-        whose = np.repeat(np.arange(n), few)
-        which = np.where(some_shine[whose], point.ravel(), -1)
-        seen = np.where(some_shine, 0.0, 1.0)[:, None] * np.ones(3)
-        for some in batches(len(place), len(which) // len(place), self.facets):
-            pairs = np.flatnonzero((which >= some[0]) & (which <= some[-1]))
-            pairs = pairs[np.argsort(which[pairs], kind="stable")]
-            got = self._visible(source, place[some], receivers, which[pairs] - some[0], whose[pairs]) / few
-            self.counts["shadow rays"] += len(pairs)
-            for c in range(3):
-                seen[:, c] += np.bincount(whose[pairs], got if tint is None else got * tint[which[pairs], c], n)
+        pairs = np.flatnonzero(np.repeat(some_shine, few))
+        pairs = pairs[np.argsort(point.ravel()[pairs], kind="stable")]
+        which, whose, got = point.ravel()[pairs], pairs // few, np.zeros((n * few, 1 if tint is None else 3))
+        used = np.unique(which)  # of a ball half of the points look away from all
+        number = np.searchsorted(used, which)
+        for some in batches(len(used), len(which) // len(used), self.facets) if len(used) else ():
+            part = slice(*np.searchsorted(number, [some[0], some[-1] + 1]))
+            seen = self._visible(source, place[used[some]], receivers, number[part] - some[0], whose[part])
+            got[pairs[part]] = seen[:, None] if tint is None else seen[:, None] * tint[which[part]]
+            self.counts["shadow rays"] += len(seen)
             yield
-        return seen
+        return np.where(some_shine[:, None], got.reshape(n, few, -1).sum(axis=1) / few, 1.0)
 
     def _unoccluded(self, source, receivers):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))
@@ -189,15 +190,15 @@ class Shares:
         """(k, n) What receivers get of places (k, 3) of a source, with normals (k, 3) or none, were all of it there."""
         if source.distant:
             return np.maximum(place @ receivers.normals.T, 0.0)
-        at, points = place - self.facets.centre, receivers.points
-        value = kernel(at, normal, points, receivers.normals).T.copy()
-        held, beyond = np.zeros(len(points), bool), source.beyond(place[:, None], points + self.facets.centre)
-        if normal is not None:
-            held = source.holds(points + self.facets.centre)
-            value[:, held] = kernel(at, -normal, points[held], receivers.normals[held]).T
+        points = receivers.points + self.facets.centre
+        way = ways(points, place)
+        beyond = source.beyond(way, points)
+        held = np.zeros(len(points), bool) if normal is None else source.holds(points)
+        value = kernel(way, normal, receivers.normals, np.where(held, -1.0, 1.0))
         if source.pattern is not None:
+            leaving = np.moveaxis(-way / np.maximum(np.sqrt(dot(way, way)), 1e-300), 0, -1)
             # a little of it everywhere: the whole lamp counts where its beam passes between the points
-            shaped = np.maximum(source.pattern(unit(points - at[:, None])), FAINT)
+            shaped = np.maximum(source.pattern(leaving), FAINT)
             value *= shaped if beyond is not None else np.where(held, 1.0, shaped)
         if beyond is not None:
             value[np.isnan(beyond)] *= FAINT
@@ -211,7 +212,8 @@ class Shares:
             parts = zip(place, np.split(who, cuts))
             seen = [along(facets, one[None], receivers.take(some)).facet == NOTHING for one, some in parts]
             return np.concatenate(seen)
-        beyond = source.beyond(place[which], receivers.points[who] + facets.centre)
+        points = receivers.points.take(who, axis=0) + facets.centre
+        beyond = source.beyond((place.take(which, axis=0) - points).T.copy(), points)
         return seen_from(facets, place - facets.centre, receivers, which, who, source.skip, beyond)
 
 

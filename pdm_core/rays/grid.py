@@ -12,6 +12,7 @@ CELLS = 250  # along each axis at most: their product, planes side by side, fits
 TABLE = 16  # entries, for each line, of the table that finds shapes' cells
 SAMPLED = 4096  # receivers whose places tell the quantiles
 CANDIDATES = 1 << 15  # pairs tested at once
+AT_FIRST, MORE = 4, 3  # shapes of a receiver that is done by any, and times as many each time that none was
 SIDE_BY_SIDE = 8192, 16384, 16  # places and shapes in all planes together, and planes, at most
 
 
@@ -22,9 +23,11 @@ def batches(count, places, facets):
     return np.split(np.arange(count), np.arange(at_once, count, at_once))
 
 
-def pairs_of(x, y, low, high, parted=()):
+def pairs_of(x, y, low, high, parted=(), done=None):
     """Yields (receiver, shape) (p,) index arrays, sorted by cell and receiver: shapes whose boxes low, high (2, m) may
-    hold the receivers' places x, y (n,); parted: values of x that nothing goes across."""
+    hold the receivers' places x, y (n,); parted: values of x that nothing goes across; done (n,) bool, where it is
+    given: receivers that need no more, whoever asks sets them meanwhile; where pairs are many each comes with a few
+    shapes at a time then, the largest ones first."""
     n = len(x)
     if not n:
         return
@@ -39,26 +42,36 @@ def pairs_of(x, y, low, high, parted=()):
     bounds = [(a.min(), a.max()) for a in (x, y)]
     over = (high[0] >= bounds[0][0]) & (low[0] <= bounds[0][1]) & (high[1] >= bounds[1][0]) & (low[1] <= bounds[1][1])
     shape = np.flatnonzero(over & (low <= high).all(axis=0))
+    if done is not None:
+        ends = zip(low[:, shape], high[:, shape], bounds)
+        wide = [np.minimum(b, most) - np.maximum(a, least) for a, b, (least, most) in ends]
+        shape = shape[np.argsort(-wide[0] * wide[1], kind="stable")]
     spans = [_span(line, *bound, low[k, shape], high[k, shape]) for k, (line, bound) in enumerate(zip(lines, bounds))]
     first = np.stack([span[0] for span in spans])
     wide = np.stack([span[1] for span in spans]) - first + 1
-    count = wide.prod(axis=0)
-    entry, step = in_turn(count)
-    column, row = np.divmod(step, wide[1].take(entry))
-    place = ((first[0].take(entry) + column) * side + first[1].take(entry) + row).astype(np.uint16)
-    sorted_ = np.argsort(place, kind="stable")
-    shape = shape.take(entry.take(sorted_))
+    of, column = in_turn(wide[0])
+    rows, base = wide[1].take(of), (first[0].take(of) + column) * side + first[1].take(of)
+    base -= np.cumsum(rows) - rows
+    place = (np.repeat(base, rows) + np.arange(rows.sum())).astype(np.uint16)
+    shape = np.repeat(shape.take(of), rows).take(np.argsort(place, kind="stable"))
     number = np.bincount(place, minlength=(len(lines[0]) + 1) * side)
     start = np.cumsum(number) - number
     own = cell.take(order)
-    each = number.take(own)
-    for run in runs(each, CANDIDATES):
-        some = each[run]
-        total = int(some.sum())
-        if total:
-            who = np.repeat(order[run], some)
-            base = start.take(own[run]) - (np.cumsum(some) - some)
-            yield who, shape.take(np.arange(total) + np.repeat(base, some))
+    begin, left = start.take(own), number.take(own)
+    most = len(shape) if done is None or left.sum() <= CANDIDATES else AT_FIRST  # few are tested sooner than sorted out
+    while len(order):
+        each = np.minimum(left, most)
+        for run in runs(each, CANDIDATES):
+            some = each[run]
+            total = int(some.sum())
+            if total:
+                who = np.repeat(order[run], some)
+                base = begin[run] - (np.cumsum(some) - some)
+                yield who, shape.take(np.arange(total) + np.repeat(base, some))
+        more = np.flatnonzero(left > most)
+        if done is not None:
+            more = more[~done.take(order.take(more))]
+        order, begin, left, most = order.take(more), begin.take(more) + most, left.take(more) - most, MORE * most
 
 
 def _span(lines, least, most, low, high):

@@ -78,7 +78,7 @@ class _Seen:
     def hidden(self):
         """(n,)"""
         out = np.zeros(len(self.x), bool)
-        for who, found in pairs_of(*self.candidates):
+        for who, found in pairs_of(*self.candidates, out):
             flat = np.flatnonzero(found < self.flats)
             out[self._behind_flat(who[flat], found[flat])] = True
             round_ = np.flatnonzero(found >= self.flats)
@@ -90,11 +90,13 @@ class _Seen:
         """(h,) Those of pairs r (p,) that facets k (p,) hide."""
         xr, yr = self.x.take(r), self.y.take(r)
         w = linear(self.inverse[2], k, xr, yr)  # 1 / depth
-        keep = np.flatnonzero((w * self.far.take(r) > 1) & (self.own.take(r) != self.shape.take(k)))
-        r, k, xr, yr, w = r[keep], k[keep], xr[keep], yr[keep], w[keep]
+        keep = np.flatnonzero(w * self.far.take(r) > 1)
+        r, k, xr, yr, w = (value.take(keep) for value in (r, k, xr, yr, w))
         s, t = (linear(row, k, xr, yr) for row in self.inverse[:2])
         most = np.where(self.triangle.take(k), s + t, np.maximum(s, t))
-        return r[(s >= 0) & (t >= 0) & (most <= w) & (w * self.near.take(r) < 1)]
+        keep = np.flatnonzero((s >= 0) & (t >= 0) & (most <= w))
+        r, k, w = r[keep], k[keep], w[keep]
+        return r[(w * self.near.take(r) < 1) & (self.own.take(r) != self.shape.take(k))]
 
     def _behind_balls(self, r, k):
         """(h,) Those of pairs r (p,) that balls k (p,) hide."""

@@ -76,7 +76,7 @@ def bundle(facets, nodes, receivers, directions):
     """The Bundle of receivers along directions (k, 3)."""
     n, k = len(receivers), len(directions)
     who = np.tile(np.arange(n), k)
-    hits = along(facets, directions, receivers.take(who))
+    hits = along(facets, directions, receivers if k == 1 else receivers.take(who))
     ray = np.flatnonzero((hits.facet >= 0) & (len(nodes) > 0))  # nothing is sent where all is black
     facet, front, at = hits.facet[ray], hits.front[ray], hits.at[ray]
     node, basis = nodes.columns(facet, at, front)

@@ -7,6 +7,7 @@ side where most of it is; what is met on the other side takes the light of the c
 import numpy as np
 
 from ..at_once import AT_ONCE, entries_of, in_turn, parts
+from ..names import names_of
 from ..shapes.shape import PARALLEL
 from .lattice import NEXT
 from .near_flats import ON
@@ -49,12 +50,18 @@ class Standing:
     def part(self, k, p, q):
         """Whether segments k (n,) lie between places p and q (n, ..., 2) of their charts -> (n, ...)"""
         shape = (len(k), *(1,) * (p.ndim - 2), 2)
-        a, b = self.a[k].reshape(shape), self.b[k].reshape(shape)
-        out = _turn(b - a, p - a) * _turn(b - a, q - a) < 0
+        a, b = self.a.take(k, axis=0).reshape(shape), self.b.take(k, axis=0).reshape(shape)
+        along = b - a
+        out = _turn(along, p - a) * _turn(along, q - a) < 0
         some = np.nonzero(out)  # few: the rest is worked out for them alone
         p, q, a, b = (np.broadcast_to(value, (*out.shape, 2))[some] for value in (p, q, a, b))
         out[some] = _turn(q - p, a - p) * _turn(q - p, b - p) <= 0
         return out
+
+    def about(self, k, low, high):
+        """(n,) Whether segments k (n,) may come into the boxes low, high (n, 2) of their charts."""
+        a, b = self.a.take(k, axis=0), self.b.take(k, axis=0)
+        return ((np.minimum(a, b) <= high) & (np.maximum(a, b) >= low)).all(axis=1)
 
 
 class Lists:
@@ -84,20 +91,29 @@ class PartedCells:
         leaf, weight = self.lattice.columns(chart, at)
         some = np.flatnonzero(self.touched.take(leaf).any(axis=1))
         for part in parts(some, AT_ONCE):
-            left = np.where(self._apart(leaf[part], at[part]), 0, weight[part])
+            left = np.where(self._apart(leaf[part], at[part], leaf.shape[1]), 0, weight[part])
             total = left.sum(axis=1, keepdims=True)
             weight[part] = np.where(total > 0, left / np.where(total > 0, total, 1), weight[part])
             self._take_nearest(leaf, at, part[total[:, 0] <= 0])
         return leaf, weight
 
-    def _apart(self, leaf, at, on=None):
-        """(h, k) Whether what stands on any of leaves on (h, j), of the leaves (h, k) if none are given, parts places
-        (h, 2) from the middle of each of these."""
-        on = leaf if on is None else on
-        which, segment = self.lists.of(on.ravel())
-        hit = which // on.shape[1]
-        rows, columns = np.nonzero(self.standing.part(segment, at[hit][:, None], self.centre[leaf[hit]]))
-        out = np.zeros(leaf.shape, bool)
+    def _apart(self, on, at, count):
+        """(h, count) Whether what stands on any of leaves on (h, j) parts places (h, 2) from the middle of each of the
+        last `count` of these. Hits among the same leaves come together: of what stands there little is about them."""
+        name, first, group = np.unique(names_of(on), return_index=True, return_inverse=True)
+        order, number = np.argsort(group, kind="stable"), np.bincount(group, minlength=len(name))
+        middles, begin = self.centre[on[first, -count:]], np.cumsum(number) - number
+        low, high = (
+            end(of.reduceat(at[order], begin, axis=0), of.reduce(middles, axis=1))
+            for end, of in ((np.minimum, np.minimum), (np.maximum, np.maximum))
+        )
+        which, segment = self.lists.of(on[first].ravel())
+        which //= on.shape[1]
+        some = np.flatnonzero(self.standing.about(segment, low[which], high[which]))
+        pairs = Lists(*np.divmod(np.unique((which[some] << 32) + segment[some]), 1 << 32), len(name))
+        hit, segment = pairs.of(group)
+        rows, columns = np.nonzero(self.standing.part(segment, at[hit][:, None], middles[group[hit]]))
+        out = np.zeros((len(on), count), bool)
         out[hit[rows], columns] = True
         return out
 
@@ -107,7 +123,7 @@ class PartedCells:
             around = self.lattice.around(leaf[part, 0], at[part], AROUND)
             size = self.lattice.size[self.lattice.chart[around]]
             far = np.linalg.norm((self.centre[around] - at[part][:, None]) * size, axis=2)
-            far = np.where(self._apart(around, at[part]), np.inf, far)
+            far = np.where(self._apart(around, at[part], len(AROUND)), np.inf, far)
             best = far.argmin(axis=1)
             found = np.isfinite(far[np.arange(len(part)), best])
             leaf[part[found]] = around[found, best[found]][:, None]
@@ -123,7 +139,7 @@ class PartedCells:
             some = np.flatnonzero(self.touched | self.touched[beside].any(axis=1))
             for part in parts(some, AT_ONCE):
                 two = beside[part][:, np.abs(NEXT_TO) == 1]
-                apart = self._apart(two, self.centre[part], np.column_stack([part, two]))
+                apart = self._apart(np.column_stack([part, two]), self.centre[part], 2)
                 there = value[np.where(apart, part[:, None], two)]
                 out[part, axis] = NEXT * np.linalg.norm(there.sum(axis=1) - 2 * value[part], axis=1) / 2
         return out

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from ..at_once import AT_ONCE, entries_of, runs, slices
-from ..closed_forms import kernel
+from ..closed_forms import dot, kernel, ways
 from ..contour import polygon_unoccluded
 from .shape import SIDES, side_of
 from .triangles import halves
@@ -42,11 +42,10 @@ class MeshLight:
         clusters, corners, n, out = self.clusters, self.corners, self.normals, np.zeros(len(points))
         for part in slices(len(points), AT_ONCE // len(clusters.area)):
             x, m = points[part], normals[part]
-            k = kernel(clusters.place, clusters.normal, x, m)
-            offset = x[:, None] - clusters.place
-            near = np.einsum("pci,pci->pc", offset, offset) < (AFAR * clusters.radius) ** 2
-            out[part] = np.where(near, 0.0, k) @ clusters.area / np.pi
-            r, c = np.nonzero(near)
+            way = ways(x, clusters.place)
+            near = dot(way, way) < (AFAR * clusters.radius[:, None]) ** 2
+            out[part] = clusters.area @ np.where(near, 0.0, kernel(way, clusters.normal, m)) / np.pi
+            c, r = np.nonzero(near)
             if not len(r):
                 continue
             count = clusters.count[c]

@@ -58,19 +58,19 @@ def frames(axes):
     return np.stack([x, np.cross(axes, x), axes], axis=1)
 
 
-def cones(axes, half, count, first=0.5):
-    """Unit directions (n, count, 3) spread evenly over cones about unit axes (n, 3), of half angles (n,); first: .5 is
-    for sums, 1 takes in the rim."""
+def cones(half, count, first=0.5):
+    """Unit directions (n, 3, count) spread evenly over cones of half angles (n,) about the third axis; first: .5 is for
+    sums, 1 takes in the rim."""
     k = np.arange(count)
     # 1 less the cosine: exact of narrow cones too
     lost = np.multiply.outer(2 * np.sin(np.asarray(half) / 2) ** 2, (k + first) / count)
     ring, turn = np.sqrt(lost * (2 - lost)), np.pi * (1 + np.sqrt(5)) * k
-    return np.stack([ring * np.cos(turn), ring * np.sin(turn), 1 - lost], axis=-1) @ frames(axes)
+    return np.stack([ring * np.cos(turn), ring * np.sin(turn), 1 - lost], axis=1)
 
 
 def cone_lattice(count, axis, half):
-    """The same (count, 3) of one cone about a unit axis (3,), of that half angle."""
-    return cones(axis[None], [half], count)[0]
+    """Unit directions (count, 3) spread evenly over a cone of that half angle about a unit axis (3,)."""
+    return cones([half], count)[0].T @ frames(axis[None])[0]
 
 
 def square_lattice(count):

@@ -5,7 +5,7 @@ import pytest
 from test_rays import by_rays
 
 from pdm_core import Plane, PointLight, Polygon, Scene, SunLight, Surface
-from pdm_core.closed_forms import kernel
+from pdm_core.closed_forms import kernel, ways
 from pdm_core.contour import polygon_unoccluded
 from pdm_core.rays.engine import RayState
 from pdm_core.rays.placed import read_places
@@ -113,8 +113,8 @@ def test_the_foot_of_a_wall_in_the_shadow_of_a_round_lamp():
     floor = np.column_stack([floor, np.zeros(len(floor))])
     place, normal, weight = lamp.samples(256)
     up = np.tile([0.0, 0.0, 1.0], (len(floor), 1))
-    value = kernel(place, normal, floor, up) * weight
+    value = kernel(ways(floor, place), normal, up).T * weight
     over = place[:, 2] * floor[:, 1:2] / (floor[:, 1:2] - place[:, 1])  # m over the wall's foot, of the line to it
     light = (value * (over > 2)).sum(axis=1) / value.sum(axis=1) * lamp.unoccluded(floor, up) * lamp.colour[0]
-    known = kernel(floor, up, points, normals) @ (RHO * light) / np.pi * 32 / len(floor)
+    known = kernel(ways(points, floor), up, normals).T @ (RHO * light) / np.pi * 32 / len(floor)
     assert np.abs(found - known).max() < TARGET * light.mean()  # 14 times that before
