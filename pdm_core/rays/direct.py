@@ -155,7 +155,7 @@ class Shares:
 
     def _unoccluded(self, source, receivers):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))
-        for part in slices(len(out), 2 * CACHED):
+        for part in slices(len(out), CACHED // 2):
             out[part] = source.unoccluded(points[part], receivers.normals[part])
             yield
         own = receivers.own

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..at_once import in_turn, slices
 from ..shapes.sphere import Sphere
+from ..signs_of_life import in_thread
 from .nodes import PLACES, place_of
 from .placed import at_hits
 from .rows import bundle, directions, light_of
@@ -118,28 +119,21 @@ class NearHits:
         out = np.zeros((len(self.receivers), 3))
         if not self.found:
             return out
-        state, hits = self.state, self._nearest()
+        state, hits = self.state, (yield from in_thread(self._nearest))
         again, ways = self.again, self.again * self.bundles // self.every // 2
         for k, turn in enumerate(TURNS):
             hits = hits if k < USUAL else hits.take(state.narrow[hits.node[:, 0]])
             if not len(hits):
                 break
             hits.weight *= hits.of(state.nodes.reflectance)
-            there = at_hits(state.facets, hits.facet, hits.front, hits.place)
-            yield
+            there = yield from in_thread(at_hits, state.facets, hits.facet, hits.front, hits.place)
             light = np.where(state.lit.beamed[:, None], 0.0, state.lit.light)
             factor = yield from state.lit.shares.scattered(there)
             more = np.einsum("nkc,kc->nc", factor, light) - hits.of(state.received)
             out += self._summed(hits, more)
             yield
-            # where more is at stake, the more rays go on
-            each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1, again).astype(int)
-            index, turn_of = in_turn(each)
-            hits, there, each = hits.take(index), there.take(index), each[index]
-            hits.weight /= each[:, None]
-            hits.number = again * hits.number + turn_of * again // each
+            hits, there = yield from in_thread(self._going_on, hits, there, again)
             again, ways = 1, max(ways // 2, LEAST_WAYS)
-            yield
             more, onward = yield from self._onward(hits, there, turn, directions(ways))
             yield
             out += self._summed(hits, more)
@@ -149,6 +143,16 @@ class NearHits:
     def _summed(self, hits, more):
         """(n receivers, 3) What more (h, 3) the _Hits tell, by their weights."""
         return np.stack([np.bincount(hits.who, c, len(self.receivers)) for c in (hits.weight * more).T], axis=1)
+
+    def _going_on(self, hits, there, again):
+        """_Hits and Receivers of the rays that go on from hits, again at most from each: the more, the more is at
+        stake."""
+        each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1, again).astype(int)
+        index, turn_of = in_turn(each)
+        hits, there, each = hits.take(index), there.take(index), each[index]
+        hits.weight /= each[:, None]
+        hits.number = again * hits.number + turn_of * again // each
+        return hits, there
 
     def _onward(self, hits, there, turn, ways):
         """One ray from each hit, along one of ways (m, 3): what it tells of the light of others and the sky (h, 3), and
@@ -170,7 +174,7 @@ class NearHits:
         weight = hits.weight.mean(axis=1)
         whole, by_cosine = (np.bincount(hits.who, w, len(self.receivers)) for w in (weight, weight * cosine))
         share = cosine * (whole / np.maximum(by_cosine, 1e-300))[hits.who]
-        onward = _Hits.joined(found)
+        onward = yield from in_thread(_Hits.joined, found)
         parent = onward.number
         onward.who, onward.number = hits.who[parent], hits.number[parent]
         onward.weight = hits.weight[parent] * share[parent, None]
