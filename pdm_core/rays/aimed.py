@@ -30,7 +30,7 @@ def spots_of(state, places_lit):
         lamp = state.lit.sources[k]
         points = AimedPoints(state.facets, lamp, count)
         yield from points.light(state, k)
-        out += [Spot(state.facets, k, lamp, points, own) for own in np.unique(points.surface)]
+        out += [Spot(state.facets, k, lamp, points, count, own) for own in np.unique(points.surface)]
     return out
 
 
@@ -40,7 +40,7 @@ class AimedPoints:
     unit light, normal (p, 3). Any first few are spread over all."""
 
     def __init__(self, facets, lamp, count):
-        self.count, (apex, axis, half) = count, lamp.beam
+        apex, axis, half = lamp.beam
         apex = apex - facets.centre
         some, balls = _within_cone(facets, apex, axis, half)
         rays = cone_lattice(count, axis, half)
@@ -66,22 +66,20 @@ class AimedPoints:
 
     def _keep(self, some):
         for name, value in vars(self).items():
-            if name != "count":
-                setattr(self, name, value[some])
+            setattr(self, name, value[some])
 
 
 class Spot(Source):
-    """What a beam, the source number `beam_of`, lights of one surface: points that reflect it. unsure: how far its
-    light may be off, the most where the beam lights others too."""
+    """What a beam, the source number `beam_of`, lights of one surface: points that reflect it, chosen by `count` rays.
+    unsure: how far its light may be off, the most where the beam lights others too."""
 
     is_spot = True
 
-    def __init__(self, facets, beam_of, lamp, points, index):
+    def __init__(self, facets, beam_of, lamp, points, count, index):
         mine = points.surface == index
         self.beam_of, self.index, self.centre = beam_of, index, facets.centre
         self.place, self.normal = points.place[mine], points.normal[mine]
         self.area, self.weight = points.area[mine], points.area[mine] * points.factor[mine]
-        count = points.count
         self.unsure = 4 * (1 - mine.sum() / count) / (2 * count) ** POWER + 1 / (2 * count)
         scene, emitter = facets.scene, Emitter(facets, index, facets.scene.surfaces[index].shape)
         super().__init__(self.colour_of(scene, lamp.colour), f"{lamp.name} on {scene.surfaces[index].name}")
