@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import each_surface
 from ..error_estimates import leaf_errors
+from ..error_flow import areas_of_nodes
 from ..field_values import predict, surpluses
 from ..numerics import Rows, gmres
 from ..plan import proportional_channels
@@ -160,6 +161,7 @@ class SolvedLight:
         interpolation costs in the field, in L2, along either axis, and in what is sent, relative; yields."""
         t, value = self.transport, self.radiosity()
         received, factors = yield from self._by_source(value)
+        mean = self._mean_sent(value)
         lights = np.flatnonzero(np.isin(t.reflectors, t.lights))
         sent = leaf_errors(t.sent, value)[t.sent.leaves] ** 2
         self.leaf_error, self.received = np.zeros(t.field.level.shape), []
@@ -168,13 +170,21 @@ class SolvedLight:
             share = max(self.scene.areas[s] / t.area, 0.5 / len(self.scene))
             own = each_surface.OWN * self.shared.norm[s] or np.inf
             allowed = EXACT_SHARE * target * min(self.scale * np.sqrt(share), own)
-            part = Received(t.field, s, received[nodes], factors[nodes])
+            part = Received(t.field, s, received[nodes], factors[nodes], mean)
             part.choose(self.scene.reflectance[s], allowed, self.exact.get(s, lights), s in self.exact)
             self.leaf_error[part.leaves] = part.leaf_error
             self.received.append(part.conform())
             yield
         self.sent_error = float(np.sqrt(sent.sum())) / max(self.norm, 1e-300)
         self.promised = self.promise(self.leaf_error)
+
+    def _mean_sent(self, value):
+        """Nodal radiosity -> (n reflectors, 3), the mean of each reflector's."""
+        t = self.transport
+        area = areas_of_nodes(t.sent)
+        total = np.zeros((len(self.scene), 4))
+        np.add.at(total, t.sent.node_surface, area[:, None] * np.column_stack([value, np.ones(len(value))]))
+        return (total[:, :3] / total[:, 3:])[t.reflectors]
 
     def promise(self, leaf_error):
         """The relative error that the leaves' (n cells, 2) come to."""

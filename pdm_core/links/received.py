@@ -19,10 +19,10 @@ MOST = 12  # sources taken exactly on one surface: each costs a form factor for 
 class Received:
     """Indirect light on one surface: values on its nodes (n,) of one surface.
 
-    received (n, s, 3): irradiance / pi from each source; factors (n, s).
+    received (n, s, 3): irradiance / pi from each source; factors (n, s); sent (s, 3): mean radiance of each source.
     """
 
-    def __init__(self, field, surface, received, factors):
+    def __init__(self, field, surface, received, factors, sent):
         self.field = copy.copy(field)
         self.cells = np.flatnonzero(field.surface == surface)
         self.local = np.zeros(len(field.keys), int)
@@ -30,15 +30,17 @@ class Received:
         self.local[nodes] = np.arange(len(nodes))
         self.received, self.factors = received, factors
         self.means = self._fill(
-            np.divide(received, factors[..., None], out=np.zeros_like(received), where=factors[..., None] > 0)
+            np.divide(received, factors[..., None], out=np.zeros_like(received), where=factors[..., None] > 0), sent
         )
 
-    def _fill(self, means):
-        """Means where nothing of the source is seen: those of the cells around, else of the whole surface."""
+    def _fill(self, means, sent):
+        """Means where nothing of the source is seen: those of the cells around, else of the whole surface, else of the
+        source: points between the nodes may see it where shapes run through each other."""
         leaves = self.cells[self.field.child[self.cells] < 0]
         nodes = self.local[self.field.nodes[leaves]]
         weight = self.factors
-        overall = (weight[..., None] * means).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)[:, None]
+        every = weight.sum(axis=0)[:, None]
+        overall = np.where(every > 0, (weight[..., None] * means).sum(axis=0) / np.maximum(every, 1e-300), sent)
         total, share = np.zeros_like(means), np.zeros_like(weight)
         near = weight[nodes].sum(axis=1)
         around = (weight[nodes][..., None] * means[nodes]).sum(axis=1)
