@@ -97,6 +97,13 @@ class SolvedLight:
         self.scale = self.norm / self.caught
         self.level = self.scale / np.sqrt(self.transport.area)
 
+    def mean_sent(self, value):
+        """Nodal radiosity (n sent nodes, 3) -> (n reflectors, 3), the mean over each reflector."""
+        t = self.transport
+        value = areas_of_nodes(t.sent)[:, None] * np.column_stack([value, np.ones(len(value))])
+        total = np.stack([np.bincount(t.sent.node_surface, c, len(self.scene)) for c in value.T], axis=1)[t.reflectors]
+        return total[:, :3] / total[:, 3:]
+
     # -- rows that it asks for -----------------------------------------------------------------------------------
 
     def extend(self):
@@ -161,7 +168,7 @@ class SolvedLight:
         interpolation costs in the field, in L2, along either axis, and in what is sent, relative; yields."""
         t, value = self.transport, self.radiosity()
         received, factors = yield from self._by_source(value)
-        mean = self._mean_sent(value)
+        mean = self.mean_sent(value)
         lights = np.flatnonzero(np.isin(t.reflectors, t.lights))
         sent = leaf_errors(t.sent, value)[t.sent.leaves] ** 2
         self.leaf_error, self.received = np.zeros(t.field.level.shape), []
@@ -177,14 +184,6 @@ class SolvedLight:
             yield
         self.sent_error = float(np.sqrt(sent.sum())) / max(self.norm, 1e-300)
         self.promised = self.promise(self.leaf_error)
-
-    def _mean_sent(self, value):
-        """Nodal radiosity -> (n reflectors, 3), the mean of each reflector's."""
-        t = self.transport
-        area = areas_of_nodes(t.sent)
-        total = np.zeros((len(self.scene), 4))
-        np.add.at(total, t.sent.node_surface, area[:, None] * np.column_stack([value, np.ones(len(value))]))
-        return (total[:, :3] / total[:, 3:])[t.reflectors]
 
     def promise(self, leaf_error):
         """The relative error that the leaves' (n cells, 2) come to."""

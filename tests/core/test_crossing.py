@@ -10,6 +10,7 @@ from rooms import ellipsoid
 from pdm_core import Plane, Scene, Sphere, Surface, sampled
 from pdm_core.contacts import settle
 from pdm_core.links.approach import link_steps
+from pdm_core.links.received import Received
 from pdm_core.signs_of_life import finish
 from pdm_core.visibility import Factors, Shafts
 
@@ -170,3 +171,20 @@ def test_light_from_nothing_is_said_with_advice_that_works(monkeypatch):
     advised = float(warning.rsplit("aim at ", 1)[1].removesuffix(" %")) / 100
     solution = finish(link_steps(scene, advised, None))
     assert solution.error <= advised and not solution.warnings
+
+
+def test_a_source_that_no_node_sees_shines_as_it_does_in_the_mean():
+    """A piece of a surface between its nodes may see what none of them does, as where a box pokes through a ball."""
+    balls = [Sphere.at((0, 0, 0), 2.0), Sphere.at((0.9, 0, 0), 0.5), Sphere.at((-0.9, 0, 0), 0.5)]
+    surfaces = [Surface(balls[0], 0.6, 0.2, "back")] + [Surface(ball, 0.5, 0.3) for ball in balls[1:]]
+    light = finish(link_steps(Scene(surfaces), 0.2, None))._light
+    known, unseen = light.received[0], 1
+    received, factors = known.received.copy(), known.factors.copy()
+    received[:, unseen], factors[:, unseen] = 0.0, 0.0
+    sent = light.mean_sent(light.radiosity())
+    anew = Received(light.transport.field, 0, received, factors, sent)
+    others = np.arange(len(sent)) != unseen
+    np.testing.assert_allclose(anew.means[:, unseen], np.broadcast_to(sent[unseen], anew.means[:, unseen].shape))
+    np.testing.assert_array_equal(anew.means[:, others], known.means[:, others])
+    # of what it reflects, which all of the room's light comes to: between nothing and all of it
+    assert (0.05 < sent[unseen]).all() and (sent[unseen] < 0.5).all()
