@@ -4,13 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .contacts import settle
+from .in_depth import balls_that_cross
+from .visibility import Shafts
+
 MOST = 200  # surfaces that links take: they keep tables of all pairs of shapes, and of nodes; rays are ahead from 60 on
-# Fitted to measured runs of 5 to 300 boxes, balls and planes at targets of 4 to .25 %, on one thread.
-PAIR, BLOCKED = 3.75e-4, 0.1  # s of links a pair of surfaces: 30 us for each of 25 nodes that half of the others
-# face; more for each shape that may hide them
-FINER_LINKS, FINER_RAYS = 0.85, 1.8  # powers of the target's reciprocal
-# s of rays for any scene, more at the target of 1 %, and for each ball, reading some thousand places included
-RAYS, RAYS_AT, CURVED = 1.0, 1.0, 0.5
+# Fitted to measured runs of 1 to 300 boxes, balls and planes at targets of 4 and 1 %, on one thread, 4,000 places read.
+FACING, CROSSED = 4e-3, 2.0  # s of links at the target of 4 %, either way of a pair of surfaces of which neither is
+# behind the other, and for each ball that another shape runs through: cells get finer all along that curve
+FINER_LINKS, FINER_RAYS = 0.9, 1.8  # powers of the target's reciprocal
+RAYS, RAYS_AT, CURVED = 0.75, 1.4, 0.5  # s of rays for any scene, more at the target of 1 %, and for each ball
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,10 @@ def choose(scene, target):
     needs += [f"more than {MOST} surfaces"] * (len(scene) > MOST)
     if needs:
         return Choice(True, f"because of {' and '.join(needs)}")
-    links = PAIR * len(scene) ** 2 * (1 + BLOCKED * len(scene.shapes)) * (0.04 / target) ** FINER_LINKS
+    shafts = Shafts(settle(scene)[0])
+    facing = sum(int(shafts.may_see(a).sum()) for a in range(len(scene)))  # one row at a time bounds the memory
+    crossed = len(balls_that_cross(shafts.table)[0])
+    links = (FACING * facing + CROSSED * crossed) * (0.04 / target) ** FINER_LINKS
     curved = sum(np.isfinite(shape.bend) for shape in scene.shapes)
     rays = RAYS + (RAYS_AT + CURVED * curved) * (0.01 / target) ** FINER_RAYS
     return Choice(rays < links, f"predicted: {_seconds(rays)} s by rays, {_seconds(links)} s by links", links, rays)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .boxes import near
 from .closed_forms import divide, dot, transform
 from .tolerances import TOUCHING
 
@@ -108,3 +109,20 @@ def against_dome(table, dome, ball_of=None, polygon_of=None):
         far, near = distance + reach, distance - reach
     beyond = (near >= 1 - TOUCHING) | (index == dome)
     return ~beyond & (far > 1 + TOUCHING), beyond
+
+
+def balls_that_cross(table):
+    """(ball, other) shape indices (k,) of balls in whose surface another shape's surface runs through; of two balls
+    once."""
+    low, high = table.origin - table.bound, table.origin + table.bound
+    flat = ~table.is_ball
+    low[:, flat], high[:, flat] = table.corners[:, :, flat].min(axis=1), table.corners[:, :, flat].max(axis=1)
+    a, b = near(low.T, high.T, 0.0)
+    ball, other = np.where(table.is_ball[a], a, b), np.where(table.is_ball[a], b, a)
+    ball, other = ball[table.is_ball[ball]], other[table.is_ball[ball]]
+    both = table.is_ball[other]
+    cross = np.empty(len(ball), bool)
+    cross[~both] = against_dome(table, ball[~both], polygon_of=other[~both])[0]
+    one, another = ball[both], other[both]
+    cross[both] = against_dome(table, one, another)[0] & against_dome(table, another, one)[0]
+    return ball[cross], other[cross]

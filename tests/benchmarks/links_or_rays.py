@@ -69,6 +69,10 @@ def cases():
         yield name, rooms.load(name)[1]
     for count in (13, 30, 100, 300):
         yield f"{count} balls in a room", scenes.spheres_in_room(count, (6.0, 5.0, 3.0), 7)
+    for count in (1, 3, 8):
+        yield f"{count} balls sunk in the floor", scenes.sunk_balls(count)
+    for count in (1, 3, 8):
+        yield f"{count} pairs of balls through each other", scenes.paired_balls(count)
     for count in (2, 5, 15, 50):
         yield f"{count} boxes", boxes(count)
 

@@ -62,6 +62,34 @@ def boxes_in_room(count, size, seed):
     return Scene(surfaces)
 
 
+def sunk_balls(count):
+    """A lit room with up to sixteen balls, a sixth of each below its floor."""
+    surfaces, places = _furnished(count)
+    return Scene([*surfaces, *(_ball((x, y, 0.7 * r), r) for x, y, r in places)])
+
+
+def paired_balls(count):
+    """A lit room in which up to sixteen pairs of balls that run through each other float."""
+    surfaces, places = _furnished(count)
+    for x, y, r in places:
+        surfaces += [_ball((x, y, 1.5), r), _ball((x, y + 0.8 * r, 1.5), 0.7 * r)]
+    return Scene(surfaces)
+
+
+def _furnished(count):
+    """Surfaces of a room 6 x 5 x 3 with a square lamp below its ceiling, and places (x, y, radius) of what is in it."""
+    rng = np.random.default_rng(count)
+    lamp = Surface(Plane((2, 2, 2.9), (0, 1, 0), (1, 0, 0)), 0.0, 5.0, "front", "lamp")
+    y, x = np.divmod(np.arange(count), 4)
+    middle = (np.column_stack([x, y]) + 0.5 + rng.uniform(-0.2, 0.2, (count, 2))) * (1.5, 1.2)
+    places = np.column_stack([middle, rng.uniform(0.2, 0.5, count)])
+    return [*walls((6.0, 5.0, 3.0), np.full(6, 0.7)), lamp], places
+
+
+def _ball(centre, radius):
+    return Surface(Sphere.at(centre, radius), 0.6, 0.0, "front")
+
+
 def points_over(scene, seed, least=LEAST):
     """Yield (surface, points, area m^2 of each) spread over all surfaces, at least so many on each."""
     rng = np.random.default_rng(seed)
