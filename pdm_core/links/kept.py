@@ -8,6 +8,7 @@ from ..error_flow import areas_of_nodes
 from ..field_values import conform
 from ..kept import KeptGroups, group
 from ..tolerances import TINY
+from .received import mean_seen
 
 
 class KeptLinks(KeptGroups):
@@ -16,8 +17,10 @@ class KeptLinks(KeptGroups):
     def __init__(self, scene, light, surface, points):
         """scene: as it was handed over"""
         t, sent = light.transport, light.transport.sent
-        of = group(sent.node_surface, sent.points, areas_of_nodes(sent))
-        super().__init__(scene, surface, points, of, sent.node_surface, areas_of_nodes(sent), len(t.lights) + 1)
+        areas = areas_of_nodes(sent)
+        of = group(sent.node_surface, sent.points, areas)
+        super().__init__(scene, surface, points, of, sent.node_surface, areas, len(t.lights) + 1)
+        self.areas = np.bincount(of, areas, self.count)
         self.lights, self.reflectors, self.has_background = t.lights, t.reflectors, t.background
         self.reached = t.reached
         self.take_nodes(t.fractions[..., None], light.reflectance)
@@ -59,7 +62,8 @@ class KeptLinks(KeptGroups):
         for factor, e in zip(exact.T, received.exact, strict=True):
             own = np.flatnonzero(self.group_surface == transport.reflectors[e])
             seen = received.factors[:, e]
-            overall = columns[:, own].sum(axis=0) / max(seen.sum(), 1e-30)
+            even = self.areas[own] / self.areas[own].sum()
+            overall = mean_seen(columns[:, own].sum(axis=0, keepdims=True), seen.sum(keepdims=True), even)
             known = (seen > TINY)[:, None]
             value[:, own] = np.where(known, columns[:, own] / np.where(known, seen[:, None], 1.0), overall)
             scale[:, own] = factor[:, None]

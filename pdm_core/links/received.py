@@ -34,13 +34,11 @@ class Received:
         )
 
     def _fill(self, means, sent):
-        """Means where nothing of the source is seen: those of the cells around, else of the whole surface, else of the
-        source: points between the nodes may see it where shapes run through each other."""
+        """Means where nothing of the source is seen: those of the cells around, else of the whole surface."""
         leaves = self.cells[self.field.child[self.cells] < 0]
         nodes = self.local[self.field.nodes[leaves]]
         weight = self.factors
-        every = weight.sum(axis=0)[:, None]
-        overall = np.where(every > 0, (weight[..., None] * means).sum(axis=0) / np.maximum(every, 1e-300), sent)
+        overall = mean_seen((weight[..., None] * means).sum(axis=0), weight.sum(axis=0), sent)
         total, share = np.zeros_like(means), np.zeros_like(weight)
         near = weight[nodes].sum(axis=1)
         around = (weight[nodes][..., None] * means[nodes]).sum(axis=1)
@@ -103,3 +101,9 @@ class Received:
         value = np.einsum("nk,nkc->nc", weight, self.values[self.local[self.field.nodes[cell]]])
         means = value[:, 3:].reshape(len(value), -1, 3)
         return value[:, :3] + np.einsum("ns,nsc->nc", factors, means)
+
+
+def mean_seen(received, factor, sent):
+    """What all nodes of a surface together see in the mean of sources: received (k, c) of factor (k,), sent (k, c) of
+    what none of them sees; points between the nodes may see it where shapes run through each other."""
+    return np.where(factor[:, None] > TINY, received / np.maximum(factor, TINY)[:, None], sent)

@@ -1,5 +1,6 @@
 """Shapes that run through each other, or lie within each other: what is seen from a point, and the light, by links."""
 
+import copy
 from collections import Counter
 
 import numpy as np
@@ -10,6 +11,7 @@ from rooms import ellipsoid
 from pdm_core import Plane, Scene, Sphere, Surface, sampled
 from pdm_core.contacts import settle
 from pdm_core.links.approach import link_steps
+from pdm_core.links.kept import KeptLinks
 from pdm_core.links.received import Received
 from pdm_core.signs_of_life import finish
 from pdm_core.visibility import Factors, Shafts
@@ -173,11 +175,16 @@ def test_light_from_nothing_is_said_with_advice_that_works(monkeypatch):
     assert solution.error <= advised and not solution.warnings
 
 
-def test_a_source_that_no_node_sees_shines_as_it_does_in_the_mean():
-    """A piece of a surface between its nodes may see what none of them does, as where a box pokes through a ball."""
+@pytest.fixture(scope="module")
+def balls_in_a_ball():
     balls = [Sphere.at((0, 0, 0), 2.0), Sphere.at((0.9, 0, 0), 0.5), Sphere.at((-0.9, 0, 0), 0.5)]
     surfaces = [Surface(balls[0], 0.6, 0.2, "back")] + [Surface(ball, 0.5, 0.3) for ball in balls[1:]]
-    light = finish(link_steps(Scene(surfaces), 0.2, None))._light
+    return finish(link_steps(Scene(surfaces), 0.2, None))
+
+
+def test_a_source_that_no_node_sees_shines_as_it_does_in_the_mean(balls_in_a_ball):
+    """A piece of a surface between its nodes may see what none of them does, as where a box pokes through a ball."""
+    light = balls_in_a_ball._light
     known, unseen = light.received[0], 1
     received, factors = known.received.copy(), known.factors.copy()
     received[:, unseen], factors[:, unseen] = 0.0, 0.0
@@ -188,3 +195,19 @@ def test_a_source_that_no_node_sees_shines_as_it_does_in_the_mean():
     np.testing.assert_array_equal(anew.means[:, others], known.means[:, others])
     # of what it reflects, which all of the room's light comes to: between nothing and all of it
     assert (0.05 < sent[unseen]).all() and (sent[unseen] < 0.5).all()
+
+
+def test_kept_light_has_the_same_mean_of_a_source_that_no_node_sees(balls_in_a_ball):
+    """Under other light it is that of the source's groups, by their areas."""
+    light, unseen = balls_in_a_ball._light, 1
+    kept = KeptLinks(balls_in_a_ball.scene, light, np.zeros(1, int), np.array([[2.0, 0, 0]]))
+    known = copy.copy(light.received[0])
+    known.exact, known.factors = np.array([unseen]), np.zeros_like(known.factors)
+    columns = np.zeros((len(known.factors), kept.count), np.float32)
+    value, _ = kept._means(light.transport, known, columns, np.ones((1, 1)))
+    of = light.transport.reflectors[unseen]
+    assert (value[:, kept.group_surface != of] == 0).all()
+    radiosity = light.radiosity()
+    of_groups = np.stack([np.bincount(kept.of, kept.part * c, kept.count) for c in radiosity.T], axis=1)
+    sent = np.broadcast_to(light.mean_sent(radiosity)[unseen], (len(value), 3))
+    np.testing.assert_allclose(value @ of_groups, sent, rtol=1e-5)
