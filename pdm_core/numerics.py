@@ -7,7 +7,7 @@ import numpy as np
 
 STEPS = 60  # of the solver at most
 SOLVED = 0.02  # relative residual of a linear system, of the relative error aimed at
-ROUGHLY = 0.1  # the same of an error that is solved for in its turn
+ROUGHLY = 0.05  # the same of an error that is solved for in its turn; where bodies are closed and white the rest counts
 
 
 @cache
