@@ -5,9 +5,11 @@ from functools import cache
 
 import numpy as np
 
+from .tolerances import TINY
+
 STEPS = 60  # of the solver at most
-SOLVED = 0.02  # relative residual of a linear system, of the relative error aimed at
-ROUGHLY = 0.05  # the same of an error that is solved for in its turn; where bodies are closed and white the rest counts
+SOLVED = 0.02  # relative error of the solution of a linear system, of the relative error aimed at
+ROUGHLY = 0.1  # the same of an error that is solved for in its turn
 
 
 @cache
@@ -105,37 +107,34 @@ def _single(value):
 
 
 def gmres(apply, right, guess, tolerance):
-    """Solve x - apply(x) = right for (n, c) at once, each column for itself (Saad and Schultz 1986).
+    """Solve x - apply(x) = right for (n, c) at once, each column for itself, by least residuals, the guess among what
+    they are sought in (GCR; Eisenstat, Elman and Schultz 1983).
 
-    A generator with a sign of life a step; returns x and the steps taken.
+    Until the error of x, not the residual, is below the relative tolerance: between white walls one comes to many times
+    the other, at most by what the inverse is known to make of the residuals so far. A generator with a sign of life a
+    step; returns x and the steps taken.
     """
-    residual = right - guess + apply(guess) if guess.any() else right
-    yield
-    size = np.maximum(np.linalg.norm(right, axis=0), 1e-300)
-    beta = np.linalg.norm(residual, axis=0)
-    basis, columns = [residual / np.where(beta > 0, beta, 1.0)], []
-    left, weights = beta, np.zeros((0, len(beta)))
-    while len(columns) < STEPS and (left > tolerance * size).any():
-        v = basis[-1] - apply(basis[-1])
-        column = []
-        for b in basis:
-            column.append(np.einsum("nc,nc->c", b, v))
-            v = v - column[-1] * b
-        column.append(np.linalg.norm(v, axis=0))
-        columns.append(column)
-        basis.append(v / np.where(column[-1] > 1e-300, column[-1], 1.0))
-        weights, left = _least_squares(columns, beta)
+    x, residual, steps = np.zeros_like(right), right, 0
+    found, images, gram = [], [], np.zeros((right.shape[1], STEPS, STEPS))
+    following = guess if guess.any() else right
+    while True:
+        image = following - apply(following)
+        whole = np.linalg.norm(image, axis=0)
+        for v, its in zip(found, images):
+            share = np.einsum("nc,nc->c", its, image)
+            image, following = image - share * its, following - share * v
+        size = np.linalg.norm(image, axis=0)
+        scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > TINY * whole)  # 0: this channel is done
+        found.append(following * scale)
+        images.append(image * scale)
+        share = np.einsum("nc,nc->c", images[-1], residual)
+        x, residual = x + share * found[-1], residual - share * images[-1]
+        for k, v in enumerate(found):
+            gram[:, k, steps] = gram[:, steps, k] = np.einsum("nc,nc->c", v, found[-1])
+        steps += 1
         yield
-    x = guess + sum((w * b for w, b in zip(weights, basis)), np.zeros_like(guess))
-    return x, len(columns)
-
-
-def _least_squares(columns, beta):
-    """Minimise |beta e1 - H w| for each channel -> w (k, c), residuals (c,)"""
-    k = len(columns)
-    h, right = np.zeros((len(beta), k + 1, k)), np.zeros((len(beta), k + 1))
-    for j, column in enumerate(columns):
-        h[:, : j + 2, j] = np.transpose(column)
-    right[:, 0] = beta
-    w = np.einsum("cjk,ck->cj", np.linalg.pinv(h), right)
-    return w.T, np.linalg.norm(right - np.einsum("cjk,ck->cj", h, w), axis=1)
+        caught = np.sqrt(np.linalg.eigvalsh(gram[:, :steps, :steps])[:, -1])
+        error = np.linalg.norm(residual, axis=0) * np.maximum(caught, 1.0)
+        if steps == STEPS or (error <= tolerance * np.linalg.norm(x, axis=0)).all():
+            return x, steps
+        following = residual
