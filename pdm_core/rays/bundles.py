@@ -139,12 +139,12 @@ def _along(facets, directions, receivers, planes, places):
 def _later(facets, planes):
     """(2, k m) m: how much further facets count along the last axes of planes (k, 3, 3), and against them. Where faces
     that look opposite ways lie on each other, as those of a mesh that is flat, the one is met that faces the ray. None:
-    all have light on both sides."""
-    dark = facets.surface[: facets.count] < 0
-    if (dark[:, 0] == dark[:, 1]).all():
+    all are met alike on both sides."""
+    late = facets.late
+    if (late[:, 0] == late[:, 1]).all():
         return None
     cosine = (planes[:, 2] @ facets.normal.T).ravel()
-    front, back = np.tile(dark, (len(planes), 1)).T * FLUSH * facets.tolerance / np.maximum(np.abs(cosine), PARALLEL)
+    front, back = np.tile(late, (len(planes), 1)).T * FLUSH * facets.tolerance / np.maximum(np.abs(cosine), PARALLEL)
     return np.where(cosine < 0, (front, back), (back, front))
 
 

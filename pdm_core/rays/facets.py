@@ -14,6 +14,7 @@ from ..layers import look_inward
 from ..shapes.plane import Planes
 from ..shapes.shape import PARALLEL, box_of, unit
 from ..tolerances import CLEAR, KEPT
+from .flush import flush_pairs, late
 from .near_facets import near_facets
 from .near_flats import WIDER, near_flats
 from .sieve import Sieve
@@ -90,11 +91,11 @@ class Facets:
     def only(self, flat, ball):
         """Some of them alone: which facets (k,), which balls (j,)."""
         out = copy.copy(self)
-        for name in ("boxes", "ball_reach", "sieve", "near_flats", "near_facets"):
+        for name in ("boxes", "ball_reach", "sieve", "near_flats", "near_facets", "flush"):
             vars(out).pop(name, None)
         both = np.concatenate([flat, self.count + ball])
         for which, names in (
-            (flat, ("origin", "u", "v", "triangle", "chart", "normal")),
+            (flat, ("origin", "u", "v", "triangle", "chart", "normal", "late")),
             (ball, ("ball_centre", "ball_linear", "ball_inverse")),
             (both, ("shape", "surface")),
         ):
@@ -151,6 +152,16 @@ class Facets:
     def near_facets(self):
         """See near_facets; a list, as meshes' light is kept anew where that gets finer."""
         return list(near_facets(self))
+
+    @cached_property
+    def flush(self):
+        """See flush_pairs."""
+        return flush_pairs(self)
+
+    @cached_property
+    def late(self):
+        """See late."""
+        return late(self)
 
     @property
     def count(self):

@@ -5,7 +5,9 @@ import copy
 import numpy as np
 
 from ..scene import Light
+from ..tolerances import FLUSH, KEPT
 from .bundles import AGAINST
+from .flush import Flush
 from .lamp_parts import parted
 
 OF_PARTS = 1024  # points that tell a part's mean of emission that varies
@@ -56,6 +58,10 @@ class Emitter(Source):
         self.tolerance = facets.tolerance
         layer = facets.moved[scene.shape_of[index]]  # m; what lies over it, in its plane, hides it
         self.offset = layer * self.whole.normal if layer else np.zeros(3)
+        own = scene.shape_of[index]
+        self.flush = Flush(facets, own) if scene.shapes[own].is_mesh and facets.flush.size else None
+        if part is None and self.flush:
+            self.shape = self.flush.shown(whole, scene.sign[index])
 
     @property
     def sizes(self):
@@ -94,7 +100,10 @@ class Emitter(Source):
         points = self.shape.samples(count)
         # a triangle shines as its own plane looks, however it is shaded
         normals = self.surface.sign * self.shape.face_normals(points)
-        places = points + self.shape.lift * normals + self.offset
+        off = np.full(len(points), min(self.shape.lift, FLUSH * self.tolerance))  # no further than what touches it
+        if self.flush:
+            off[self.flush.hides(points, normals)] = -KEPT * self.tolerance  # behind its own face
+        places = points + off[:, None] * normals + self.offset
         return places, normals, np.full(len(points), self.shape.area / len(points))
 
     @property

@@ -137,3 +137,38 @@ def test_what_leans_out_over_the_ground_it_is_sunk_in_is_lit_from_the_ground_on(
     x, y = 0.4 * np.cos(turn), 0.4 * np.sin(turn)
     low = place(np.column_stack([x, y, (height + 0.6 * x) / 0.8]) @ LEAN.T)
     assert np.abs(solution.radiance(6, low) - 1).max() < 0.02
+
+
+SHEET = np.array([[0.0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0], [-1, 2, 1]])
+FLOORS = {
+    "plane that looks down": lambda place: place.plane((0, 0, 0), [0, 4, 0], [4, 0, 0]),
+    "bent sheet": lambda place: Mesh(place(SHEET), [[0, 1, 2, 3], [0, 3, 4]], False),
+}
+
+
+@pytest.mark.parametrize("gap, rounding", [(0.0, 2**-24), (1e-5, 2**-53)])
+@pytest.mark.parametrize("kind", FLOORS)
+def test_a_shining_mesh_gives_nothing_through_the_floor_that_it_stands_on(place, kind, gap, rounding):
+    """The storey below got .42, where the lamp's own is 10: points that stand for it lay off it by a part in 10,000 of
+    its size, beyond the floor."""
+    vertices, faces = box((1.8, 1.8, gap), (2.2, 2.2, 0.3))
+    lamp, floor = Mesh(place(vertices), faces, False), FLOORS[kind](place)
+    below = Surface(place.plane((1, 1, -1), [2, 0, 0], [0, 2, 0]), 0.5)
+    sides = [Surface(floor, 0.5, side=side) for side in ("front", "back")]
+    solution = by_rays(Scene([Surface(lamp, 0.0, 10.0), *sides, below], rounding=rounding), 0.1)
+    points = place(np.array([[2.3, 2.1, -1.0], [2, 2, -1]]))
+    np.testing.assert_array_equal(solution.incident(np.array([3, 3]), points), 0.0)
+
+
+def test_crates_of_sheets_on_each_other_are_furnaces_within(place):
+    """The lower one's lid shone through the floor of the other, which is in its plane, and rays met either by chance:
+    light was up to 1.3 and 1.7 where it is 1."""
+    crates = place.box((0, 0, 0), (1, 1, 1)), place.box((0.3, 0.3, 1), (1.6, 1.5, 1.7))
+    surfaces = []
+    for k, wall in enumerate(crates[0] + crates[1]):
+        mesh, rho = Mesh(wall.shape.corners, [[0, 1, 2, 3]], False), 0.1 if k == 5 else 0.9
+        surfaces += [Surface(mesh, rho, 1 - rho, side=side) for side in ("front", "back")]
+    solution = by_rays(Scene(surfaces, 1.0, rounding=2**-24), 0.1)
+    within = np.arange(1, 24, 2)
+    middles = np.array([surfaces[k].shape.corners.mean(axis=(0, 1)) for k in within])
+    assert np.abs(solution.incident(within, middles) - 1).max() < 2 * solution.error < 0.2
