@@ -12,9 +12,8 @@ from ..signs_of_life import in_thread
 from .amplified import passed_on
 from .engine import DIM
 from .placed import Placed
-from .rows import Gathered, Traced, directions, sky_alone, sky_missed
+from .rows import HALF, Gathered, Traced, directions, sky_alone, sky_missed
 
-HALF = 0.62  # error of all rays, of what half of them differ from all: every second one is spread less evenly
 SAFETY = 1.7  # of what halves and surpluses tell to what is stated
 CHECKED = 256, 1024  # points where the error is found: at least, and at most, where they are of few rays
 CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
@@ -52,7 +51,7 @@ class Check:
         glare = yield from state.glare(state.read)
         if glare is not None:
             glare.take_out(rows, self.looked_rays, self.places)
-        unsure = HALF * rows.unsure(state.sent)
+        unsure = rows.unsure(state.sent, weight * rho.max(axis=1) ** 2)
         if glare is not None:
             one, other = yield from glare.at(self.places)
             unsure = np.hypot(unsure, (one - other) / 2)
@@ -61,7 +60,8 @@ class Check:
         there = self.places.surface
         rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
         shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
-        own = HALF * (yield from in_thread(state.rows.unsure, state.sent))
+        reflected = nodes.weight * nodes.reflectance.max(axis=1) ** 2
+        own = yield from in_thread(state.rows.unsure, state.sent, reflected)
         self.node_error = np.linalg.norm(nodes.reflectance * own, axis=1)
         of_nodes = self._relative(nodes.surface, nodes.weight, self.node_error**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))

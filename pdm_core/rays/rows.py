@@ -1,4 +1,4 @@
-"""What receivers get from the nodes: the spots that their rays meet, in halves of the rays for the error."""
+"""What receivers get from the nodes: the spots that their rays meet, in quarters of the rays for the error."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,11 @@ from .bundles import NOTHING, along
 from .grid import batches
 from .spots import Spots
 
-HALVES = 2  # of the directions, alternately
+HALVES = 2  # of points, alternately
+QUARTERS = 4  # of the directions, every fourth one, which two by two are halves
+# error of all rays, of what half of them differ from all: of light that few of them meet 1, as each meets it by chance;
+# at least, as every second one is spread less evenly
+HALF = 0.62
 FINE_SKY = 1 << 15  # directions that find small bright parts of a sky
 
 
@@ -110,18 +114,18 @@ class Gathered:
         self.cosine = traced.cosine
         self.parts = slices(n, AT_ONCE // max(m, 1))
         self._find_spots(traced, Spots(nodes))
-        self.total, self.skies = np.zeros((n, HALVES)), np.zeros((HALVES, n, 3))
+        self.total, self.skies = np.zeros((n, QUARTERS)), np.zeros((QUARTERS, n, 3))
         has_sky = scene.sky is not None or scene.background.any()
         for part in self.parts:
-            for h in range(HALVES):
-                cosine = traced.cosine[part, h::HALVES]
+            for q in range(QUARTERS):
+                cosine = traced.cosine[part, q::QUARTERS]
                 weight = np.abs(cosine)
                 # in double precision: all nodes share their directions, and with them how these are rounded; between
                 # white walls a part in 10^8 comes back a million times
-                self.total[part, h] = weight.sum(axis=1, dtype=float)
+                self.total[part, q] = weight.sum(axis=1, dtype=float)
                 if has_sky:
-                    missed = np.where(traced.code[part, h::HALVES] == NOTHING, weight, 0.0)
-                    self.skies[h, part] = from_sky(missed, cosine, traced.directions[h::HALVES], scene)
+                    missed = np.where(traced.code[part, q::QUARTERS] == NOTHING, weight, 0.0)
+                    self.skies[q, part] = from_sky(missed, cosine, traced.directions[q::QUARTERS], scene)
         self.skies /= np.maximum(self.total.T, 1e-300)[:, :, None]
         self.whole = np.maximum(self.total.sum(axis=1, keepdims=True), 1e-300)
 
@@ -174,13 +178,23 @@ class Gathered:
             row_of, node_of = pair >> 32, pair & 0xFFFFFFFF
             yield part.start + row_of, node_of, np.bincount(which, share[row, column], len(pair))
 
-    def unsure(self, value):
-        """(n, c) What half the rays tell less what all do, the sky's light included, value (n nodes, c)."""
-        a, b = (
-            self.skies[h] + self._summed(value, slice(h, None, HALVES)) / np.maximum(self.total[:, h, None], 1e-300)
-            for h in range(HALVES)
-        )
-        return (a - b) / 2
+    def unsure(self, value, weight):
+        """(n, c) How far off what all rays tell may be, the sky's light included, value (n nodes, c): what half of them
+        tell less what all do, times HALF, or more: as much less as all are off than halves, halves are than quarters,
+        in the root mean square by weights (n,) of the receivers."""
+        total = self.total.T[:, :, None]
+        light = total * self.skies
+        for q in range(QUARTERS):
+            light[q] += self._summed(value, slice(q, None, QUARTERS))
+
+        def apart(a, b):
+            one, other = (light[k].sum(axis=0) / np.maximum(total[k].sum(axis=0), 1e-300) for k in (a, b))
+            return (one - other) / 2
+
+        halves, quarters = apart([0, 2], [1, 3]), (apart([q], [q + 2]) for q in range(2))
+        square = (weight @ halves**2).sum()
+        more = sum((weight @ d**2).sum() for d in quarters) / 2 - square
+        return halves * np.clip(np.sqrt(square / max(more, 1e-300)), HALF, 1.0)
 
 
 def from_sky(missed, cosine, directions, scene):

@@ -57,6 +57,14 @@ def test_shining_balls_that_are_partly_within_others_by_rays(seed):
     assert verdict.holds and not verdict.refused, verdict
 
 
+@pytest.mark.parametrize("seed", [9300630, 9301932, 9301954, 9302584, 9302992, 8000070])
+def test_what_few_rays_meet_is_met_by_chance(seed):
+    """Of the fuzz's scenes, by rays: all that is off is how much of a lamp's dimmer face rays meet next to it. Half of
+    them differ from all as two draws do, not as halves of even directions: 1.1 to 1.6 times what was stated."""
+    verdict = judge(scene, seed, target=TARGET, limit=None, variant=VARIANTS[seed % len(VARIANTS)])
+    assert verdict.holds and verdict.stated < 3 * verdict.measured, verdict
+
+
 @pytest.mark.parametrize("kind", [slit, boxes_side_by_side, gap, stiff_room], ids=lambda k: k.__name__)
 @pytest.mark.parametrize("seed", [101, 102])
 def test_not_much_more_is_stated_than_is_wrong(kind, seed):
