@@ -23,7 +23,7 @@ READ = {True: (16, 256), False: (64, 1024)}  # points of a source at first and a
 # the same where only differences count, which the same points tell alike: 1 / 64 of a lamp in the tenth of a floor that
 # sees part of it is .1 % of its light
 COMPARED = 16, 64
-SCATTERED = 2, 24  # points of a source for each of many receivers, of one of TURNS sets of so many
+SCATTERED = 4, 24  # points of a source for each of many receivers, of one of TURNS sets of so many
 ASKED = 64  # times that each of them is asked at least: what is seen of a point costs as much by few receivers
 GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen

@@ -12,6 +12,7 @@ import numpy as np
 from ..at_once import in_turn, slices
 from ..shapes.sphere import Sphere
 from ..signs_of_life import in_thread
+from .direct import GOLDEN
 from .nodes import PLACES, place_of
 from .placed import at_hits
 from .rows import bundle, directions, light_of
@@ -21,7 +22,7 @@ MOST_UNEVEN = 0.25  # of the mean light, from which on all rays go on
 REACH = 4.0, 0.5  # sizes of a cell within which a hit is near, where it is uneven and where it is lit by such
 SHOWN = 0.1  # of all that a cell sees: uneven ones from which on it is lit by such
 # directions of a receiver whose hits are looked at: of fewer several rays go on from each, of more only some are taken
-FEW, ENOUGH = 512, 1024
+FEW, ENOUGH = 384, 1024
 ASKED = 64  # rays of a node that tell whether it lies in a gap
 NARROW, MOSTLY = 0.5, 0.5  # sizes of a cell within which, and of all that it sees, most is where it lies in a gap
 MOST, PAIRS = 1 << 18, 1 << 20  # hits, and pairs of them and sources, that are worked out anew: the nearest ones
@@ -31,6 +32,7 @@ KEPT = 2  # times as many are kept meanwhile
 TURNS = np.sqrt([2, 3, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41]) % 1
 LEAST_WAYS = 16  # directions: of fewer the steep ones, which lead out of gaps, would count for too much
 USUAL = 5  # of them, but for those in gaps
+PARTS = 1 << 20  # of a hit, in which they are counted: no sum of them hangs on what was added before
 
 
 @dataclass
@@ -123,62 +125,86 @@ class NearHits:
         again, ways = self.again, self.again * self.bundles // self.every // 2
         for k, turn in enumerate(TURNS):
             hits = hits if k < USUAL else hits.take(state.narrow[hits.node[:, 0]])
+            hits.weight *= hits.of(state.nodes.reflectance)
+            if k == 0:
+                usual = self._usual(hits)
+            else:
+                hits = yield from in_thread(self._thinned, hits, usual)
             if not len(hits):
                 break
-            hits.weight *= hits.of(state.nodes.reflectance)
             there = yield from in_thread(at_hits, state.facets, hits.facet, hits.front, hits.place)
             light = np.where(state.lit.beamed[:, None], 0.0, state.lit.light)
             factor = yield from state.lit.shares.scattered(there)
             more = np.einsum("nkc,kc->nc", factor, light) - hits.of(state.received)
-            out += self._summed(hits, more)
+            out += self._summed(hits.who, hits.weight * more)
             yield
-            hits, there = yield from in_thread(self._going_on, hits, there, again)
+            rays = yield from in_thread(self._going_on, hits, again)
             again, ways = 1, max(ways // 2, LEAST_WAYS)
-            more, onward = yield from self._onward(hits, there, turn, directions(ways))
+            more, hits = yield from self._onward(*rays, there, turn, directions(ways))
             yield
-            out += self._summed(hits, more)
-            hits = onward
+            out += more
         return out
 
-    def _summed(self, hits, more):
-        """(n receivers, 3) What more (h, 3) the _Hits tell, by their weights."""
-        return np.stack([np.bincount(hits.who, c, len(self.receivers)) for c in (hits.weight * more).T], axis=1)
+    def _usual(self, hits):
+        """(n receivers,) What _Hits weigh in the mean."""
+        count, total = (np.bincount(hits.who, w, len(self.receivers)) for w in (None, hits.weight.max(axis=1)))
+        return total / np.maximum(count, 1)
 
-    def _going_on(self, hits, there, again):
-        """_Hits and Receivers of the rays that go on from hits, again at most from each: the more, the more is at
-        stake."""
+    def _thinned(self, hits, usual):
+        """Of _Hits that weigh less than is usual (n receivers,) so many that each left weighs that: a receiver's in
+        turn, whatever others there are, so that they weigh as much as before together, in the mean. What is left out
+        is then less unsure than what the first hits tell, of which none is."""
+        order = np.argsort(hits.who, kind="stable")
+        who, weight = hits.who[order], hits.weight.max(axis=1)[order]
+        first = np.flatnonzero(np.diff(who, prepend=-1))
+        share = np.minimum(weight / np.maximum(usual[who], 1e-300), 1.0)
+        share = np.ceil(PARTS * share).astype(np.int64)
+        turn = (PARTS * (GOLDEN * hits.number[order[first]] % 1)).astype(np.int64)
+        upto = share.cumsum()
+        upto -= np.repeat(upto[first] - share[first] - turn, np.diff(first, append=len(who)))
+        kept = np.flatnonzero(upto // PARTS > (upto - share) // PARTS)
+        hits = hits.take(order[kept])
+        hits.weight *= PARTS / share[kept, None]
+        _, count = np.unique(hits.who, return_counts=True)
+        hits.number = in_turn(count)[1]
+        return hits
+
+    def _summed(self, who, light):
+        """(n receivers, 3) The light (h, 3) that comes to receivers who (h,), of each together."""
+        return np.stack([np.bincount(who, c, len(self.receivers)) for c in light.T], axis=1)
+
+    def _going_on(self, hits, again):
+        """Which of _Hits rays go on from, again at most from each: the more, the more is at stake; their receivers,
+        weights and numbers (r, ...)."""
         each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1, again).astype(int)
-        index, turn_of = in_turn(each)
-        hits, there, each = hits.take(index), there.take(index), each[index]
-        hits.weight /= each[:, None]
-        hits.number = again * hits.number + turn_of * again // each
-        return hits, there
+        start, turn_of = in_turn(each)
+        weight, number = hits.weight / each[:, None], again * hits.number
+        return start, hits.who[start], weight[start], number[start] + turn_of * again // each[start]
 
-    def _onward(self, hits, there, turn, ways):
-        """One ray from each hit, along one of ways (m, 3): what it tells of the light of others and the sky (h, 3), and
-        the near _Hits of those rays; yields."""
-        state, found = self.state, [hits.take(slice(0))]
-        way = (hits.number * turn % 1 * len(ways)).astype(int)
-        light, cosine, sent = np.zeros((len(hits), 3)), np.zeros(len(hits)), state.sent.astype(np.float32)
+    def _onward(self, start, who, weight, number, there, turn, ways):
+        """Rays (r,), see _going_on, from Receivers `there`, along one of ways (m, 3) each: what they tell of the light
+        of others and the sky (n receivers, 3), and their near _Hits; yields."""
+        state, found = self.state, []
+        way = (number * turn % 1 * len(ways)).astype(int)
+        light, cosine, sent = np.zeros((len(who), 3)), np.zeros(len(who)), state.sent.astype(np.float32)
         for k in np.unique(way):
             some = np.flatnonzero(way == k)
-            from_, one = there.take(some), ways[k : k + 1]
+            from_, one = there.take(start[some]), ways[k : k + 1]
             rays = bundle(state.facets, state.nodes, from_, one)
             yield
             light[some], cosine[some] = light_of(rays, sent, state.scene, one), np.abs(rays.cosine)
             near = self._near(rays, from_)
             near.number = some[near.who]
             found.append(near)
-        state.counts["rays"] += len(hits)
+        state.counts["rays"] += len(who)
         # as directions are spread evenly each counts by its cosine, all of a receiver's together as much as before
-        weight = hits.weight.mean(axis=1)
-        whole, by_cosine = (np.bincount(hits.who, w, len(self.receivers)) for w in (weight, weight * cosine))
-        share = cosine * (whole / np.maximum(by_cosine, 1e-300))[hits.who]
+        mean = weight.mean(axis=1)
+        whole, by_cosine = (np.bincount(who, w, len(self.receivers)) for w in (mean, mean * cosine))
+        weight *= (cosine * (whole / np.maximum(by_cosine, 1e-300))[who])[:, None]
         onward = yield from in_thread(_Hits.joined, found)
         parent = onward.number
-        onward.who, onward.number = hits.who[parent], hits.number[parent]
-        onward.weight = hits.weight[parent] * share[parent, None]
-        return share[:, None] * light, onward
+        onward.who, onward.number, onward.weight = who[parent], number[parent], weight[parent]
+        return self._summed(who, weight * light), onward
 
 
 def in_narrow(nodes, traced):
