@@ -36,7 +36,7 @@ PARTS = 1 << 20  # of a hit, in which they are counted: no sum of them hangs on 
 
 
 @dataclass
-class _Hits:
+class Hits:
     """who (h,): the receiver that they are found for; weight (h, 3) of what they send in its light; number (h,): of the
     receiver's direction that led to them; far (h,): of their reach; place (h, 3) m about the facets' centre; facet
     (h,), front (h,), node, basis (h, 4) as of a Bundle."""
@@ -66,6 +66,30 @@ class _Hits:
     def of(self, value):
         """value (nodes, 3) -> (h, 3) at the hits"""
         return np.einsum("hk,hkc->hc", self.basis, value[self.node])
+
+    def usual(self, count):
+        """(count,) What those of each of so many receivers weigh in the mean."""
+        weight = self.weight.max(axis=1)
+        number, total = (np.bincount(self.who, w, count) for w in (None, weight))
+        return total / np.maximum(number, 1)
+
+    def thinned(self, usual):
+        """Of those that weigh less than is usual (n receivers,) so many that each left weighs that: a receiver's in
+        turn, whatever others there are, so that they weigh as much as before together, in the mean. What is left out is
+        then less unsure than what the first hits tell, all of which are usual."""
+        order = np.argsort(self.who, kind="stable")
+        who, weight = self.who[order], self.weight.max(axis=1)[order]
+        first = np.flatnonzero(np.diff(who, prepend=-1))
+        share = np.minimum(weight / np.maximum(usual[who], 1e-300), 1.0)
+        share = np.ceil(PARTS * share).astype(np.int64)
+        turn = (PARTS * (GOLDEN * self.number[order[first]] % 1)).astype(np.int64)
+        upto = share.cumsum()
+        upto -= np.repeat(upto[first] - share[first] - turn, np.diff(first, append=len(who)))
+        kept = np.flatnonzero(upto // PARTS > (upto - share) // PARTS)
+        hits = self.take(order[kept])
+        hits.weight *= PARTS / share[kept, None]
+        hits.number = in_turn(np.unique(hits.who, return_counts=True)[1])[1]
+        return hits
 
 
 class NearHits:
@@ -99,7 +123,7 @@ class NearHits:
             self.found, self.count = [self._nearest()], self.most
 
     def _near(self, rays, receivers):
-        """The near _Hits of a Bundle of receivers, each for its own receiver, of weight 1; their numbers are rays'."""
+        """The near Hits of a Bundle of receivers, each for its own receiver, of weight 1; their numbers are rays'."""
         # a cell's unevenness is also beside it, as far as is interpolated
         reach = np.where(rays.basis > 0, self.reach[rays.node], 0.0).max(axis=1, initial=0.0)
         near = np.flatnonzero(reach > 0)
@@ -108,11 +132,11 @@ class NearHits:
         some = np.flatnonzero(far < 1)
         near, far, place = near[some], far[some], place[some]
         told = (getattr(rays, name)[near] for name in ("facet", "front", "node", "basis"))
-        return _Hits(rays.who[near], np.ones((len(near), 3)), rays.ray[near], far, place, *told)
+        return Hits(rays.who[near], np.ones((len(near), 3)), rays.ray[near], far, place, *told)
 
     def _nearest(self):
         """The nearest of all that were found, in the order in which they were."""
-        found = _Hits.joined(self.found)
+        found = Hits.joined(self.found)
         nearest = np.argsort(found.far, kind="stable")[: self.most]
         return found.take(np.sort(nearest))
 
@@ -127,9 +151,9 @@ class NearHits:
             hits = hits if k < USUAL else hits.take(state.narrow[hits.node[:, 0]])
             hits.weight *= hits.of(state.nodes.reflectance)
             if k == 0:
-                usual = self._usual(hits)
+                usual = hits.usual(len(self.receivers))
             else:
-                hits = yield from in_thread(self._thinned, hits, usual)
+                hits = yield from in_thread(hits.thinned, usual)
             if not len(hits):
                 break
             there = yield from in_thread(at_hits, state.facets, hits.facet, hits.front, hits.place)
@@ -145,36 +169,12 @@ class NearHits:
             out += more
         return out
 
-    def _usual(self, hits):
-        """(n receivers,) What _Hits weigh in the mean."""
-        count, total = (np.bincount(hits.who, w, len(self.receivers)) for w in (None, hits.weight.max(axis=1)))
-        return total / np.maximum(count, 1)
-
-    def _thinned(self, hits, usual):
-        """Of _Hits that weigh less than is usual (n receivers,) so many that each left weighs that: a receiver's in
-        turn, whatever others there are, so that they weigh as much as before together, in the mean. What is left out
-        is then less unsure than what the first hits tell, of which none is."""
-        order = np.argsort(hits.who, kind="stable")
-        who, weight = hits.who[order], hits.weight.max(axis=1)[order]
-        first = np.flatnonzero(np.diff(who, prepend=-1))
-        share = np.minimum(weight / np.maximum(usual[who], 1e-300), 1.0)
-        share = np.ceil(PARTS * share).astype(np.int64)
-        turn = (PARTS * (GOLDEN * hits.number[order[first]] % 1)).astype(np.int64)
-        upto = share.cumsum()
-        upto -= np.repeat(upto[first] - share[first] - turn, np.diff(first, append=len(who)))
-        kept = np.flatnonzero(upto // PARTS > (upto - share) // PARTS)
-        hits = hits.take(order[kept])
-        hits.weight *= PARTS / share[kept, None]
-        _, count = np.unique(hits.who, return_counts=True)
-        hits.number = in_turn(count)[1]
-        return hits
-
     def _summed(self, who, light):
         """(n receivers, 3) The light (h, 3) that comes to receivers who (h,), of each together."""
         return np.stack([np.bincount(who, c, len(self.receivers)) for c in light.T], axis=1)
 
     def _going_on(self, hits, again):
-        """Which of _Hits rays go on from, again at most from each: the more, the more is at stake; their receivers,
+        """Which of Hits rays go on from, again at most from each: the more, the more is at stake; their receivers,
         weights and numbers (r, ...)."""
         each = np.ceil(again * hits.of(self.ways[:, None])[:, 0]).clip(1, again).astype(int)
         start, turn_of = in_turn(each)
@@ -183,7 +183,7 @@ class NearHits:
 
     def _onward(self, start, who, weight, number, there, turn, ways):
         """Rays (r,), see _going_on, from Receivers `there`, along one of ways (m, 3) each: what they tell of the light
-        of others and the sky (n receivers, 3), and their near _Hits; yields."""
+        of others and the sky (n receivers, 3), and their near Hits; yields."""
         state, found = self.state, []
         way = (number * turn % 1 * len(ways)).astype(int)
         light, cosine, sent = np.zeros((len(who), 3)), np.zeros(len(who)), state.sent.astype(np.float32)
@@ -201,7 +201,7 @@ class NearHits:
         mean = weight.mean(axis=1)
         whole, by_cosine = (np.bincount(who, w, len(self.receivers)) for w in (mean, mean * cosine))
         weight *= (cosine * (whole / np.maximum(by_cosine, 1e-300))[who])[:, None]
-        onward = yield from in_thread(_Hits.joined, found)
+        onward = yield from in_thread(Hits.joined, found)
         parent = onward.number
         onward.who, onward.number, onward.weight = who[parent], number[parent], weight[parent]
         return self._summed(who, weight * light), onward

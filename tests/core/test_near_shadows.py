@@ -8,6 +8,7 @@ from pdm_core import Plane, PointLight, Polygon, Scene, SunLight, Surface
 from pdm_core.closed_forms import kernel, ways
 from pdm_core.contour import polygon_unoccluded
 from pdm_core.rays.engine import RayState
+from pdm_core.rays.near import Hits
 from pdm_core.rays.placed import read_places
 from pdm_core.signs_of_life import finish
 
@@ -118,3 +119,23 @@ def test_the_foot_of_a_wall_in_the_shadow_of_a_round_lamp():
     light = (value * (over > 2)).sum(axis=1) / value.sum(axis=1) * lamp.unoccluded(floor, up) * lamp.colour[0]
     known = kernel(ways(points, floor), up, normals).T @ (RHO * light) / np.pi * 32 / len(floor)
     assert np.abs(found - known).max() < TARGET * light.mean()  # 14 times that before
+
+
+def test_hits_that_weigh_little_are_thinned_for_each_place_by_itself():
+    """They weigh as much together, and no place hangs on which others are read with it."""
+    rng = np.random.default_rng(5)
+    who, weight = rng.integers(0, 50, 20_000), rng.uniform(0, 1, (20_000, 1)) ** 4 * [0.2, 1.0, 0.5]
+    number, rest = rng.integers(0, 500, 20_000), np.zeros((5, 20_000))
+    hits = Hits(who, weight, number, np.arange(20_000.0), *rest)
+    usual = hits.usual(50)
+    left = hits.thinned(0.8 * usual)
+    least = 0.8 * usual[left.who]
+    assert len(left) < 0.6 * len(hits)
+    assert (left.weight.max(axis=1) > 0.99 * least).all()
+    before, after = (np.bincount(h.who, h.weight.max(axis=1), 50) for h in (hits, left))
+    assert (np.abs(after - before) <= usual).all()
+    assert abs(after.sum() / before.sum() - 1) < 0.002
+    for places in ([3], [7, 8, 31], range(20, 50)):
+        alone, mine = hits.take(np.isin(who, places)).thinned(0.8 * usual), left.take(np.isin(left.who, places))
+        np.testing.assert_array_equal(alone.far, mine.far)
+        np.testing.assert_array_equal(alone.weight, mine.weight)
