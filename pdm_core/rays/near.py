@@ -113,22 +113,25 @@ class NearHits:
         """Takes the near ones of the hits of Bundles, of all directions in turn."""
         if not self.reach.any():
             return
-        near, each = self._near(rays, self.receivers), max(len(self.receivers), 1)
+        each = max(len(self.receivers), 1)
+        looked_at = (self.bundles + rays.ray // each) % self.every == 0
+        near = self._near(rays, self.receivers, np.flatnonzero(looked_at))
         near.weight *= self.every * np.abs(rays.cosine[near.number])[:, None]
-        near.number, skipped = np.divmod(self.bundles + near.number // each, self.every)
+        near.number = (self.bundles + near.number // each) // self.every
         self.bundles += len(rays.cosine) // each
-        self.found.append(near.take(skipped == 0))
-        self.count += len(self.found[-1])
+        self.found.append(near)
+        self.count += len(near)
         if self.count > KEPT * self.most:
             self.found, self.count = [self._nearest()], self.most
 
-    def _near(self, rays, receivers):
-        """The near Hits of a Bundle of receivers, each for its own receiver, of weight 1; their numbers are rays'."""
+    def _near(self, rays, receivers, some):
+        """The near Hits among `some` (k,) of those of a Bundle of receivers, each for its own receiver, of weight 1;
+        their numbers are rays'."""
         # a cell's unevenness is also beside it, as far as is interpolated
-        reach = np.where(rays.basis > 0, self.reach[rays.node], 0.0).max(axis=1, initial=0.0)
-        near = np.flatnonzero(reach > 0)
+        reach = np.where(rays.basis[some] > 0, self.reach[rays.node[some]], 0.0).max(axis=1, initial=0.0)
+        near = some[reach > 0]
         place = places_of(self.state.facets, rays.facet[near], rays.at[near])
-        far = np.linalg.norm(place - receivers.points[rays.who[near]], axis=1) / reach[near]
+        far = np.linalg.norm(place - receivers.points[rays.who[near]], axis=1) / reach[reach > 0]
         some = np.flatnonzero(far < 1)
         near, far, place = near[some], far[some], place[some]
         told = (getattr(rays, name)[near] for name in ("facet", "front", "node", "basis"))
@@ -137,8 +140,10 @@ class NearHits:
     def _nearest(self):
         """The nearest of all that were found, in the order in which they were."""
         found = Hits.joined(self.found)
-        nearest = np.argsort(found.far, kind="stable")[: self.most]
-        return found.take(np.sort(nearest))
+        if len(found) <= self.most:
+            return found
+        furthest = np.partition(found.far, self.most - 1)[self.most - 1]
+        return found.take(np.flatnonzero(found.far <= furthest)[: self.most])
 
     def settle(self):
         """Generator with signs of life; returns (n, 3), what they tell more."""
@@ -193,7 +198,7 @@ class NearHits:
             rays = bundle(state.facets, state.nodes, from_, one)
             yield
             light[some], cosine[some] = light_of(rays, sent, state.scene, one), np.abs(rays.cosine)
-            near = self._near(rays, from_)
+            near = self._near(rays, from_, np.arange(len(rays.ray)))
             near.number = some[near.who]
             found.append(near)
         state.counts["rays"] += len(who)
