@@ -51,7 +51,7 @@ class Check:
         glare = yield from state.glare(state.read)
         if glare is not None:
             glare.take_out(rows, self.looked_rays, self.places)
-        unsure = rows.unsure(state.sent, weight * rho.max(axis=1) ** 2)
+        unsure = rows.unsure(state.sent, weight * rho.max(axis=1) ** 2)[0]
         if glare is not None:
             one, other = yield from glare.at(self.places)
             unsure = np.hypot(unsure, (one - other) / 2)
@@ -62,10 +62,13 @@ class Check:
         shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
         reflected = nodes.weight * nodes.reflectance.max(axis=1) ** 2
         own = yield from in_thread(state.rows.unsure, state.sent, reflected)
-        self.node_error = np.linalg.norm(nodes.reflectance * own, axis=1)
+        self.node_error = np.linalg.norm(nodes.reflectance * own[0], axis=1)
         of_nodes = self._relative(nodes.surface, nodes.weight, self.node_error**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
-        sent, of_rays = (yield from in_thread(self._sent)), (yield from self._passed(own))
+        sent, of_rays = (yield from in_thread(self._sent)), 0.0
+        # neighbours share their directions, so that an error of one sign that white walls amplify may be in any half
+        for half in own:
+            of_rays += (yield from self._passed(half)) / len(own)
         # of one sign, and no matter of how many rays there are
         lost = yield from self._passed(np.repeat(state.lit.lost[:, None], 3, axis=1))
         lamps = yield from self._passed(HALF * state.lit.lamps)

@@ -12,6 +12,7 @@ from .spots import Spots
 
 HALVES = 2  # of points, alternately
 QUARTERS = 4  # of the directions, every fourth one, which two by two are halves
+PAIRS = ([0, 2], [1, 3]), ([0, 1], [2, 3]), ([0, 3], [1, 2])  # of them, the evenest first
 # error of all rays, of what half of them differ from all: of light that few of them meet 1, as each meets it by chance;
 # at least, as every second one is spread less evenly
 HALF = 0.62
@@ -179,9 +180,10 @@ class Gathered:
             yield part.start + row_of, node_of, np.bincount(which, share[row, column], len(pair))
 
     def unsure(self, value, weight):
-        """(n, c) How far off what all rays tell may be, the sky's light included, value (n nodes, c): what half of them
-        tell less what all do, times HALF, or more: as much less as all are off than halves, halves are than quarters,
-        in the root mean square by weights (n,) of the receivers."""
+        """(3, n, c) How far off what all rays tell may be, the sky's light included, value (n nodes, c): what half of
+        them tell less what all do, of the three ways to take two of four quarters the evenest first; times HALF, or
+        more: as much less as all are off than halves, halves are than quarters, in the root mean square by weights
+        (n,) of the receivers."""
         total = self.total.T[:, :, None]
         light = total * self.skies
         for q in range(QUARTERS):
@@ -191,8 +193,9 @@ class Gathered:
             one, other = (light[k].sum(axis=0) / np.maximum(total[k].sum(axis=0), 1e-300) for k in (a, b))
             return (one - other) / 2
 
-        halves, quarters = apart([0, 2], [1, 3]), (apart([q], [q + 2]) for q in range(2))
-        square = (weight @ halves**2).sum()
+        halves = np.stack([apart(*pair) for pair in PAIRS])
+        quarters = (apart([q], [q + 2]) for q in range(2))
+        square = (weight @ halves[0] ** 2).sum()
         more = sum((weight @ d**2).sum() for d in quarters) / 2 - square
         return halves * np.clip(np.sqrt(square / max(more, 1e-300)), HALF, 1.0)
 
