@@ -24,7 +24,7 @@ def amplification(times, rho):
 
 
 def passed_on(times, rho, error, amplified):
-    """(n, 3) What errors (n, 3) at the nodes, of either sign, come to when others have received them: the first two
+    """(n, c) What errors (n, c) at the nodes, of either sign, come to when others have received them: the first two
     bounces as they cancel, the rest by the amplification (n,)."""
     once = times(rho * error)
     return np.abs(once) + amplified[:, None] * np.abs(times(rho * once))

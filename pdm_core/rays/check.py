@@ -65,13 +65,11 @@ class Check:
         self.node_error = np.linalg.norm(nodes.reflectance * own[0], axis=1)
         of_nodes = self._relative(nodes.surface, nodes.weight, self.node_error**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
-        sent, of_rays = (yield from in_thread(self._sent)), 0.0
         # neighbours share their directions, so that an error of one sign that white walls amplify may be in any half
-        for half in own:
-            of_rays += (yield from self._passed(half)) / len(own)
+        sent, of_rays = (yield from in_thread(self._sent)), (yield from self._passed(own))
         # of one sign, and no matter of how many rays there are
-        lost = yield from self._passed(np.repeat(state.lit.lost[:, None], 3, axis=1))
-        lamps = yield from self._passed(HALF * state.lit.lamps)
+        lost = yield from self._passed(np.repeat(state.lit.lost[None, :, None], 3, axis=2))
+        lamps = yield from self._passed(HALF * state.lit.lamps[None])
         self.passed = sent + of_rays + lost + lamps
         whole = partial(self._relative, nodes.surface, nodes.weight)
         self.parts = {
@@ -103,13 +101,13 @@ class Check:
             self.looked_rays, places = Traced(len(self.places), directions(state.read)), self.places
             yield from self.looked_rays.trace(state.facets, lambda rows, _: places.take(rows), np.arange(len(places)))
 
-    def _passed(self, error):
-        """(n,) Squares of what errors (n, 3) of the light at the nodes cost once passed on; yields."""
-        state, nodes = self.state, self.state.nodes
-        if not error.any():
-            return np.zeros(len(nodes))
-        passed = yield from in_thread(passed_on, state.rows.times, nodes.reflectance, error, state.amplified)
-        return ((nodes.reflectance * passed) ** 2).sum(axis=1)
+    def _passed(self, errors):
+        """(n,) Squares of what errors (k, n, 3) of the nodes' light cost once passed on, in their mean; yields."""
+        state, rho = self.state, np.tile(self.state.nodes.reflectance, len(errors))
+        if not errors.any():
+            return np.zeros(len(rho))
+        passed = yield from in_thread(passed_on, state.rows.times, rho, np.concatenate(errors, axis=1), state.amplified)
+        return ((rho * passed) ** 2).sum(axis=1) / len(errors)
 
     def _sent(self):
         """(n,) Squares of what finer cells would show of the light sent, where others receive it: most of either sign,
