@@ -24,11 +24,11 @@ CANCEL = 0.5  # of an error of either sign this part is left in the mean, which 
 
 @dataclass(frozen=True)
 class Precision:
-    """tolerance: of one link, a radiance; stress (n parts + 1,): how much finer than that at points of each part of the
-    surfaces, the last: in space."""
+    """tolerance: of one link, a radiance; strain (n surfaces,): how much finer than that at points of each, besides what
+    dark ones need."""
 
     tolerance: float
-    stress: np.ndarray
+    strain: np.ndarray
 
 
 class SolvedLight:
@@ -140,8 +140,10 @@ class SolvedLight:
     def _tolerance(self, points, surface):
         """Link tolerance (m,) of receivers at points (m, 3) on surfaces (m,): black ones need less, dark ones more."""
         rho = np.where(surface >= 0, self.scene.reflectance[surface].max(axis=1), 1.0)
-        stress = self.precision.stress[self.transport.field.part_at(surface, points)]
-        return self.precision.tolerance / np.maximum(rho, 0.05) / stress
+        stress, f = np.repeat(self.precision.strain, self.transport.field.charts), self.transport.field
+        if self.iterations:  # without indirect light, what no lamp sees is no darker than it will be
+            stress = stress * self.shared.stress(self.level)
+        return self.precision.tolerance / np.maximum(rho, 0.05) / np.append(stress, 1.0)[f.part_at(surface, points)]
 
     # -- solving -------------------------------------------------------------------------------------------------
 

@@ -78,13 +78,7 @@ class Refinement:
         self.transport.drop()
         self.link_target, level = target, self.light.level
         tolerance = LINK_SHARE * min(1.0, np.sqrt(target / MANY)) * self.sharpness * target * level
-        self._be_precise(tolerance)
-
-    def _be_precise(self, tolerance):
-        """Links to come are so fine, and finer where dark surfaces and strain ask for it."""
-        strain = np.repeat(self.strain, self.transport.field.charts)
-        stress = np.append(self.light.shared.stress(self.light.level) * strain, 1.0)
-        self.light.precision = Precision(tolerance, stress)
+        self.light.precision = Precision(tolerance, self.strain)
 
     # -- after a check -------------------------------------------------------------------------------------------
 
@@ -152,9 +146,10 @@ class Refinement:
             mended = mended[linked > HALVED * self.check.told[mended]]
         if not len(mended):
             return False
+        self.strain = self.strain.copy()  # best solutions keep theirs
         self.strain[mended] /= HALVED
         self.transport.drop(np.flatnonzero(np.isin(self.transport.field.node_surface, mended)))
-        self._be_precise(self.light.precision.tolerance)
+        self.light.precision = Precision(self.light.precision.tolerance, self.strain)
         return True
 
     def _refine(self, target):
