@@ -38,9 +38,10 @@ class SharedLight:
         return np.clip(level / np.maximum(OWN * self.part_rms, OWN * DIM * level + 1e-300), 1.0, None)
 
 
-def worst_of_parts(field, error, allowed):
-    """Halvings so that those left hold no more than allowed (n parts,) of the error (n cells, 2), in L2."""
-    halvings, error, parts = field.halvings, error.ravel(), field.part
+def worst_of_parts(field, error, allowed, parts):
+    """Halvings so that those left hold no more than allowed (n parts,) of the error (n cells, 2), in L2; parts (n
+    cells,): field.part, or field.surface."""
+    halvings, error = field.halvings, error.ravel()
     halvings = halvings[(error[halvings] > 0) & np.isfinite(allowed[parts[halvings // 2]])]
     halvings = halvings[np.lexsort((error[halvings], parts[halvings // 2]))]
     part, total = parts[halvings // 2], np.cumsum(error[halvings] ** 2)

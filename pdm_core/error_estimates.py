@@ -117,6 +117,14 @@ class Residual:
         share = self._weight @ product / whole
         return abs(share) + np.linalg.norm(self._weight * (product - share * square)) / whole
 
+    def ratios(self, light, count):
+        """(n surfaces, 3) The sum over each, of so many, as part of that of its light (k, 3)."""
+        wrong, light = (
+            np.stack([np.bincount(self.surface, self._weight * row, count) for row in value.T], axis=1)
+            for value in (self.value, light)
+        )
+        return np.divide(wrong, light, out=np.zeros_like(wrong), where=light > 0)
+
     def by_surface(self, areas):
         """areas (n surfaces,) m^2 -> how many points lie on each, and the square of its L2 norm, as they tell (n,)"""
         count, weight, part = (

@@ -20,15 +20,15 @@ class Flow:
         self.field, self.sent, self.rows, self.rho = field, sent, rows, rho[:, None]
         self.placed = placed
 
-    def received(self, leaf_error, sent_error):
-        """L2 errors (n cells,), radiance times metres, of the field and of what is sent -> (n sent nodes,) the error of
-        incident light that they make elsewhere; yields."""
+    def received(self, leaf_error, sent_error, wrong):
+        """L2 errors (n cells,), radiance times metres, of the field and of what is sent, and what is known to be sent
+        wrongly (n sent nodes, 3) -> (n sent nodes,) the error of incident light that they make elsewhere; yields."""
         self.spread_out = density(self.field, leaf_error)
         source = ONE_SIGNED * self._spread(self.spread_out) + density(self.sent, sent_error)
-        right = self.rows.times(source)
+        right = self.rows.times(np.concatenate([source, wrong], axis=1))
         scatter = lambda value: self.rows.times(self.rho * self._spread(value))  # noqa: E731
         error = (yield from gmres(scatter, right, right, ROUGHLY))[0]
-        return np.abs(self._spread(error)[:, 0])
+        return np.linalg.norm(self._spread(error), axis=1)
 
     def blame(self, weight, error):
         """weight (n sent nodes,) of the errors received, L2 errors (n cells, 2) of the field -> (n cells, 2) what each

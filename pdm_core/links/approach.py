@@ -43,7 +43,12 @@ class Approach:
         yield from self.transport.grow(self.transport.sent.halvings[:0])
         self.light.follow()
         for target, final in _ladder(self.target):
-            yield from self.refinement.light_up(target, final)
+            if not (self.check.fresh and self.check.error <= target):
+                yield from self.refinement.light_up(target, final)
+            elif target > self.target:
+                continue  # as good as that already
+            else:  # but for some surface's own error
+                yield from self.refinement.improve(target, True)
             yield from self._towards(target)
             if self.transport.full or self.check.met(self.target):
                 return

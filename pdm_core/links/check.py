@@ -23,10 +23,11 @@ class Check:
     """The error of a SolvedLight, relative, and the named parts that make it; own_errors (n surfaces,): of each one's
     own light; node_error (n sent nodes,): where it is. fresh: whether it is of the light as it is now; leaf_error
     (n cells, 2) of the field as far as is known; optimism: error found by residuals, of the error the surpluses
-    promise; amplified: Amplified; one_way (n surfaces,): what it makes of bends, as far as they do not cancel."""
+    promise; amplified: Amplified; one_way (n surfaces,): what it makes of bends, as far as they do not cancel; found:
+    of each surface, what the last points looked at there told, see _each; nodes (n surfaces,): the field's then."""
 
     def __init__(self, light):
-        self.light, self.looks, self.flow, self.amplified = light, [], None, None
+        self.light, self.looks, self.flow, self.amplified, self.found = light, [], None, None, None
         self.error, self.parts = float("inf"), {}
         self.own_errors = np.full(len(light.scene), np.inf)
         self.fresh, self.measured, self.optimism = False, False, 1.0
@@ -51,23 +52,39 @@ class Check:
 
     def measure(self, target, samples):
         """Relative error of the light, from the residual at random points, so many a look; yields."""
-        light, self.looks = self.light, []
+        light = self.light
         light.transport.forget()
-        some = light.norm > 0 and len(light.transport.reflectors)
-        if some:
-            self.amplified = yield from in_thread(Amplified, light)
-        while some and len(self.looks) < LOOKS:
-            yield from self._look(SEED + len(self.looks), samples)
-            residual = yield from self._judge()
-            if self.error <= target or not residual.hangs_on_one:
-                break
-        if not self.looks:
+        if not (light.norm > 0 and len(light.transport.reflectors)):
+            self.looks = []
             self.nothing()
+        elif (some := self._suspects(target)).any():
+            look = yield from self._look(SEED, min(samples, LINKED * some.sum()), some)
+            at_points = yield from self._at_points([look])
+            self._learn(at_points[0])
+            yield from self._each(some, at_points)
         else:
+            self.looks, self.amplified = [], (yield from in_thread(Amplified, light))
+            while len(self.looks) < LOOKS:
+                self.looks.append((yield from self._look(SEED + len(self.looks), samples, light.transport.reached)))
+                residual = yield from self._judge()
+                if self.error <= target or not residual.hangs_on_one:
+                    break
             self._learn(residual)
             self.optimism = self.parts["discretisation"] / SAFETY / max(light.promise(self.leaf_error), 1e-300)
             self.measured = True
-        self.fresh = True
+        self.fresh, self.nodes = True, self._nodes()
+
+    def _suspects(self, target):
+        """(n surfaces,) Where only own errors were too large: whose, and those refined since; the whole one is no
+        larger than it was. None where all are to be looked at: an error that comes with the light may be anyone's."""
+        large = self.too_large(target)
+        if not self.measured or self.error > target or (self.own_here <= self.own_passed)[large].any():
+            return np.zeros(len(large), bool)
+        return self.light.transport.reached & (large | (self._nodes() != self.nodes))
+
+    def _nodes(self):
+        """(n surfaces,) How many the field has on each."""
+        return np.bincount(self.light.transport.field.node_surface, minlength=len(self.light.scene))
 
     def again(self):
         """The error at the same points, under other light; yields."""
@@ -84,39 +101,45 @@ class Check:
 
     # -- how it is found -----------------------------------------------------------------------------------------
 
-    def _look(self, seed, samples):
-        """Geometry of random points whose residual tells the error: finer rows, and factors of the lights; yields."""
+    def _look(self, seed, samples, some):
+        """Look at random points of some surfaces (n,): finer rows, and factors of the lights; yields."""
         light, t = self.light, self.light.transport
         shared = np.where(light.shared.counts, light.shared.norm, 0.0)
         error = lengths(self.leaf_error)
-        surface, points, normals, weight = sample_points(t.field, error, shared, t.reached, samples, seed)
+        surface, points, normals, weight = sample_points(t.field, error, shared, some, samples, seed)
         rows = yield from light.rows_at(points, normals, surface, FINER)
         fractions = yield from t.received_directly(points, normals, surface)
         weight = np.where(contacts_of(t.scene).covered(points, surface), 0.0, weight)
-        self.looks.append(Look(surface, points, weight, rows, fractions))
+        return Look(surface, points, weight, rows, fractions)
+
+    def _at_points(self, looks):
+        """Residuals at the points looked at: of the light there, of what is sent from there, and what rows made there;
+        and the light sent (k, 3); yields."""
+        light, t, out = self.light, self.light.transport, []
+        every = light.radiosity() + (light.scene.emission - light.added)[t.sent.node_surface]
+        value, total = light.radiosity(), light.total()
+        for look in looks:
+            rho = light.scene.reflectance[look.surface]
+            fine = look.rows.times(value) + look.fractions @ light.colours
+            sent = t.sent.interpolate(t.sent.locate(look.surface, t.sent.on.local(look.surface, look.points)), total)
+            # read off with the very factors that do not sum to 1
+            made = t.over(look.rows, look.fractions)[:, None] * look.rows.times(every)
+            out.append(rho * np.stack([fine - light.incident(look.surface, look.points), fine - sent, made, sent]))
+            yield
+        *wrong, sent = np.concatenate(out, axis=1)
+        return *(Residual(looks, value) for value in wrong), sent
 
     def _judge(self):
         """Error and its parts from the points looked at -> Residual; yields."""
-        light, t, found, sources, made = self.light, self.light.transport, [], [], []
-        sent, amplified = t.sent, self.amplified
-        every = light.radiosity() + (light.scene.emission - light.added)[sent.node_surface]
-        value, held = light.radiosity(), np.concatenate([light.total(), amplified.bent], axis=1)
-        for look in self.looks:
-            rho = light.scene.reflectance[look.surface]
-            fine = look.rows.times(value) + look.fractions @ light.colours
-            # read off with the very factors that do not sum to 1
-            made.append(rho * t.over(look.rows, look.fractions)[:, None] * look.rows.times(every))
-            found.append(rho * (fine - light.incident(look.surface, look.points)))
-            held_there = sent.interpolate(sent.locate(look.surface, sent.on.local(look.surface, look.points)), held)
-            sources.append(np.stack([rho * (fine - held_there[:, :3]), rho * held_there[:, 3:]]))
-            yield
-        residual, made = Residual(self.looks, np.concatenate(found)), Residual(self.looks, np.concatenate(made))
+        light, amplified = self.light, self.amplified
+        at_points = residual, sources, made, _ = yield from self._at_points(self.looks)
         found = residual.rms / light.norm
         if self.measured:
             found = float(np.sqrt((found**2 + (self.optimism * light.promised) ** 2) / 2))
         # bends of direct and of indirect light may cancel: as far as points do not show the one's in the whole
-        sources, bent = np.concatenate(sources, axis=1)
-        uncancelled = min(ONE_SIGNED, Residual(self.looks, sources).share_of(bent))
+        sent, own = light.transport.sent, residual.surface
+        bent = sent.interpolate(sent.locate(own, sent.on.local(own, residual.points)), amplified.bent)
+        uncancelled = min(ONE_SIGNED, sources.share_of(light.scene.reflectance[own] * bent))
         self.one_way = np.hypot(amplified.bends, uncancelled * amplified.direct)
         one_way = self.of_light(self.one_way)
         known = found, light.sent_error * light.norm / light.scale
@@ -133,23 +156,30 @@ class Check:
         # where light is caught these are of one pattern and of one sign: they add up
         self.error = float(np.hypot(np.linalg.norm(list(self.parts.values())), stiff + unsolved))
         self.parts |= {"stiff": stiff, "solver": unsolved}
-        yield from self._each(residual, np.hypot(amplified.unclosed, np.sqrt(made.by_surface(light.scene.areas)[1])))
+        yield from self._each(np.ones(len(light.scene), bool), at_points)
         return residual
 
-    def _each(self, residual, unclosed):
-        """(n surfaces,) Each one's own relative error; unclosed (n surfaces,): its part of what does not sum to 1;
-        yields."""
-        light, t = self.light, self.light.transport
+    def _each(self, some, at_points):
+        """(n surfaces,) Each one's own relative error, as far as `some` (n surfaces,) by what was found there now, see
+        _at_points; yields."""
+        light, t, areas = self.light, self.light.transport, self.light.scene.areas
+        residual, sources, made, sent = at_points
+        now = *residual.by_surface(areas), made.by_surface(areas)[1], sources.ratios(sent, len(areas))
+        before = now if self.found is None else self.found
+        self.found = [np.where(some.reshape(-1, *[1] * (a.ndim - 1)), a, b) for a, b in zip(now, before)]
+        count, told, made, ratio = self.found
         f, error = t.field, self.optimism * lengths(light.leaf_error)
         promised = np.sqrt(np.bincount(f.surface[f.leaves], error[f.leaves] ** 2, len(light.scene)))
-        found = residual.by_surface(light.scene.areas)
         rho = light.scene.reflectance.max(axis=1)[t.sent.node_surface]
         flow = Flow(f, t.sent, t.rows, t.placed, rho)
-        received = rho * (yield from flow.received(error, lengths(leaf_errors(t.sent, rho[:, None] * light.lit))))
+        sent_error = lengths(leaf_errors(t.sent, rho[:, None] * light.lit))
+        wrong = ratio[t.sent.node_surface] * light.reflectance * light.total()
+        received = rho * (yield from flow.received(error, sent_error, wrong))
         self.flow, self.flow_received = flow, received
-        self.told, self.own_promised = np.sqrt(found[1]), promised
+        self.told, self.own_promised = np.sqrt(told), promised
         received = np.hypot(norms(t.sent, received), ONE_SIGNED * self.one_way)
-        own, self.own_here, self.own_passed = each_surface.own_errors(light.shared, found, promised, received)
+        own, self.own_here, self.own_passed = each_surface.own_errors(light.shared, (count, told), promised, received)
+        unclosed = np.hypot(self.amplified.unclosed, np.sqrt(made))
         rest = np.hypot(self.amplified.unsolved, SAFETY * unclosed) / np.maximum(light.shared.norm, 1e-300)
         self.own_errors = np.where(own > 0, np.hypot(SAFETY * own, rest), 0.0)
         # where surpluses are, as large as what points found on the surface

@@ -19,13 +19,14 @@ from .gather import Detail
 from .received import Received
 
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
+COARSE = 2.0  # tolerance of links that are made anew, of what would do
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 
 
 @dataclass(frozen=True)
 class Precision:
-    """tolerance: of one link, a radiance; strain (n surfaces,): how much finer than that at points of each, besides what
-    dark ones need."""
+    """tolerance: of one link, a radiance; strain (n surfaces,): how much finer than that at points of each, beside what
+    its darkness asks for."""
 
     tolerance: float
     strain: np.ndarray
@@ -107,11 +108,18 @@ class SolvedLight:
     # -- rows that it asks for -----------------------------------------------------------------------------------
 
     def extend(self):
-        """Rows for the nodes that have none; yields now and then."""
+        """Rows for the nodes that have none, and for those whose are too coarse; yields now and then."""
         t = self.transport
+        t.drop(self.coarse())
         new = t.missing()[: None if self.norm > 0 else 0]
         tolerance = self._tolerance(t.field.points[new], t.field.node_surface[new])
         yield from t.extend(new, self._detail(), tolerance)
+
+    def coarse(self):
+        """Rows (k,) whose links are too coarse by what is known of the light since."""
+        t, f = self.transport, self.transport.field
+        made = slice(t.rows.count)
+        return np.flatnonzero(t.tolerance[made] > COARSE * self._tolerance(f.points[made], f.node_surface[made]))
 
     def rows_at(self, points, normals, surface, finer=1.0):
         """Rows at points, their links as fine as this light needs them or by a factor `finer`, 1 or less, more so;

@@ -54,7 +54,7 @@ class Refinement:
             halvings = _worst(t.sent, error, SENT_SHARE * final * light.scale)
             if self.check.measured:
                 own = light.shared.allowed(SENT_SHARE * final / light.caught)
-                halvings = np.union1d(halvings, each_surface.worst_of_parts(t.sent, error, own))
+                halvings = np.union1d(halvings, each_surface.worst_of_parts(t.sent, error, own, t.sent.part))
             halvings = _ordered(t.sent, error, halvings)
             room = t.room(LIGHT_NODES)
             if not min(len(halvings), room):
@@ -156,14 +156,16 @@ class Refinement:
         """Split the leaves that hold most of the estimated error; False where nothing is left to split; yields."""
         check, f = self.check, self.transport.field
         error, allowed = np.clip(check.optimism, 0.5, 2.0) * check.leaf_error, REFINE_TO * target * self.light.scale
-        if check.fresh:  # what was found has to fall by so much, however little was promised
-            allowed = min(allowed, SURE * target / check.error * np.linalg.norm(error[f.leaves]))
+        if check.fresh:  # what was found has to fall by so much, however little was promised, if it is too large
+            fall = SURE * target / check.error * np.linalg.norm(error[f.leaves])
+            allowed = min(allowed, fall) if check.error > target else np.inf
         own = LENIENT * self.light.shared.allowed(REFINE_TO * target / self.light.caught)
+        halvings = np.union1d(_worst(f, error, allowed), each_surface.worst_of_parts(f, error, own, f.part))
         if check.fresh and len(mended := self._to_mend(target)):
-            found = np.sqrt(np.bincount(f.part[f.leaves], lengths(error[f.leaves]) ** 2, len(own)))
-            part = np.isin(np.repeat(np.arange(len(self.light.scene)), f.charts), mended)
-            own[part] = np.minimum(own[part], HALVED * found[part])
-        halvings = np.union1d(_worst(f, error, allowed), each_surface.worst_of_parts(f, error, own))
+            found = np.sqrt(np.bincount(f.surface[f.leaves], lengths(error[f.leaves]) ** 2, len(self.light.scene)))
+            own = np.full(len(found), np.inf)
+            own[mended] = HALVED * found[mended]
+            halvings = np.union1d(halvings, each_surface.worst_of_parts(f, error, own, f.surface))
         if check.fresh:
             halvings = np.union1d(halvings, (yield from self._blamed(target)))
         if not len(halvings):

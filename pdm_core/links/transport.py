@@ -44,6 +44,7 @@ class Transport:
         self.background = bool((scene.background > 0).any())
         self.fractions = np.zeros((0, len(self.lights) + 1))
         self.rows, self.density, self.full = Rows(), 1.0, False  # the part of all nodes that blocks of rows use
+        self.tolerance = np.zeros(0)  # (n nodes,) of the links of each row
         self._remembered = {}
 
     def snapshot(self):
@@ -173,6 +174,9 @@ class Transport:
         if blocks:
             self.density = max(size / (4 * len(new)), 1.0) / len(self.sent.keys)  # an entry a row at least
         self.rows = self.rows.grown(blocks, len(f.keys))
+        made, self.tolerance = self.tolerance, np.zeros(len(f.keys))
+        self.tolerance[: len(made)] = made
+        self.tolerance[new] = tolerance
 
     def drop(self, rows=None):
         """Rows (k,) are to be made anew, or all."""

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from rooms import cube_planes
 
-from pdm_core import Scene, Surface
+from pdm_core import Plane, Scene, Surface, solve
+from pdm_core.error_estimates import Look, Residual
 from pdm_core.error_flow import ONE_SIGNED, Flow, areas_of_nodes, density, norms
 from pdm_core.links.approach import Approach
+from pdm_core.links.check import Check
 from pdm_core.signs_of_life import finish
 
 
@@ -31,7 +33,8 @@ def flow(state):
 def test_an_even_error_is_received_as_even_light_is(state, flow):
     even = np.sqrt(state.field.sizes())  # of density 1
     assert np.allclose(density(state.field, even), 1)
-    received = finish(flow.received(even, 0 * state.sent.sizes()))
+    nothing = np.zeros((len(state.sent.keys), 3))
+    received = finish(flow.received(even, 0 * state.sent.sizes(), nothing))
     # all that a point sees emits ONE_SIGNED and reflects half of what it receives
     assert np.allclose(received, ONE_SIGNED / (1 - 0.5), rtol=0.1)
     areas = [s.shape.area for s in state.scene.surfaces]
@@ -42,7 +45,8 @@ def test_blame_adds_up_to_what_is_received(state, flow):
     rng = np.random.default_rng(3)
     error, weight = rng.random(len(state.field.level)), areas_of_nodes(state.sent)
     weight = np.where(state.sent.node_surface == 2, weight, 0.0)
-    received = finish(flow.received(error, 0 * state.sent.sizes()))
+    nothing = np.zeros((len(state.sent.keys), 3))
+    received = finish(flow.received(error, 0 * state.sent.sizes(), nothing))
     blamed = finish(flow.blame(weight, error[:, None] * (1, 0)))
     assert (blamed >= 0).all() and not blamed[state.field.child >= 0].any() and not blamed[:, 1].any()
     blamed = blamed[:, 0]
@@ -50,7 +54,7 @@ def test_blame_adds_up_to_what_is_received(state, flow):
     # half the error of one leaf is half of its part
     worst = np.argmax(blamed)
     error[worst] /= 2
-    less = weight @ received - weight @ finish(flow.received(error, 0 * state.sent.sizes()))
+    less = weight @ received - weight @ finish(flow.received(error, 0 * state.sent.sizes(), nothing))
     assert np.isclose(less, blamed[worst] / 2, rtol=0.2)
 
 
@@ -72,3 +76,62 @@ def test_what_links_are_off_by_is_told_at_a_few_nodes():
     found, told = np.array(found), np.array(told)
     assert (told < 2 * found).all() and (told > found / 2).all()
     assert (told[1] < told[0] / 10).all()
+
+
+def test_what_is_sent_too_dark_is_received_so(state, flow):
+    """By a tenth, from every surface of a closed room: all of them together receive that much too little."""
+    nothing = 0 * state.field.sizes()
+    wrong = np.full((len(state.sent.keys), 3), (0.1, 0, 0))
+    received = finish(flow.received(nothing, 0 * state.sent.sizes(), wrong))
+    assert np.allclose(received, 0.1 / (1 - 0.5), rtol=0.1)
+    assert np.allclose(finish(flow.received(nothing, 0 * state.sent.sizes(), -wrong)), received)
+
+
+def test_links_before_the_light_is_known():
+    """The ceiling is seen by no lamp: its first links are as fine as others', later ones finer if it is dark then."""
+    shelf, lamp = Plane((-3, -3, 2.9), (5.9, 0, 0), (0, 6, 0)), Plane((-1, -1, 2.8), (0, 2, 0), (2, 0, 0))
+    surfaces = [Surface(plane, 0.5) for plane in cube_planes()]
+    surfaces += [Surface(shelf, 0.5), Surface(shelf, 0.5, side="back"), Surface(lamp, 0.5, 1.0)]
+    approach = Approach(Scene(surfaces), 0.04)
+    light, f = approach.light, approach.transport.field
+    finish(approach.transport.grow(approach.transport.sent.halvings[:0]))
+    light.follow()
+    finish(approach.refinement.light_up(0.16, 0.04))
+    finish(light.extend())
+    made = approach.transport.tolerance
+    reached = approach.transport.reached[f.node_surface]
+    assert np.allclose(made[reached], made[reached][0]) and not len(light.coarse())
+    finish(light.solve(1e-3))
+    coarse = light.coarse()
+    own = f.node_surface[coarse]
+    assert (own == 1).sum() > 0.8 * (f.node_surface == 1).sum() and not (own == 0).any()
+    finish(light.extend())
+    assert (approach.transport.tolerance[coarse] < made[coarse] / 2).all() and not len(light.coarse())
+
+
+def test_only_what_was_too_large_is_looked_at_again(monkeypatch):
+    """The dark back of a panel close under a ceiling: the whole scene's error is small long before its own."""
+    panel, seen, told = Plane((-1, -1, 2.95), (0, 2, 0), (2, 0, 0)), [], []
+    surfaces = [Surface(plane, 0.7, name="wall") for plane in cube_planes()]
+    surfaces += [Surface(panel, 0.5, 5.0), Surface(panel, 0.5, side="back")]
+    look = Check._look
+
+    def watched(check, seed, samples, some):
+        told.append(check.own_errors)
+        seen.append((some, samples))
+        return look(check, seed, samples, some)
+
+    monkeypatch.setattr(Check, "_look", watched)
+    solution = solve(Scene(surfaces), 0.04)
+    assert solution.error <= 0.04 and not solution.warnings and solution.surface_errors[7] <= 0.16
+    (first, many), (again, few) = seen[0], seen[1]
+    assert first.sum() > 6 and again[7] and told[1][7] > 0.16 and again.sum() < 4 and few < many
+
+
+def test_what_points_have_in_common_is_told_from_chance():
+    rng = np.random.default_rng(2)
+    surface, light = np.repeat([0, 1], 500), rng.random((1000, 3))
+    value = np.where(surface[:, None] == 0, 0.1 * light, rng.normal(size=(1000, 3)) * light)
+    looks = [Look(surface, light, np.ones(1000), None, None)]
+    ratio = Residual(looks, value).ratios(light, 3)
+    assert np.allclose(ratio[0], 0.1) and (np.abs(ratio[1]) < 0.15).all() and not ratio[2].any()

@@ -130,7 +130,7 @@ def resolved(bending):
     field, allowed = sheet(), np.array([1e-3])
     while True:
         value = bending(field.points[:, :2])[:, None]
-        halvings = each_surface.worst_of_parts(field, leaf_errors(field, value) / SOURCE, allowed)
+        halvings = each_surface.worst_of_parts(field, leaf_errors(field, value) / SOURCE, allowed, field.part)
         if not len(halvings):
             return field, value
         field.refine(halvings)

@@ -279,6 +279,18 @@ def test_the_stated_error_is_true_where_the_room_amplifies_it(rho):
     assert coarse.error < 1e-2
 
 
+def test_each_surfaces_own_error_is_true():
+    """A room split by a partition: all direct light is sent on a little too dark, and what is behind gets less."""
+    partition = Plane((2.0, 0, 0), (0, 3.0, 0), (0, 0, 2.0))
+    surfaces = box(0.7, 0.0, size=(4.0, 3.0, 2.5)) + [Surface(partition, 0.6), Surface(partition, 0.6, side="back")]
+    surfaces += [Surface(Sphere.at((1.0, 1.5, 1.2), 0.2), 0.0, 10.0), Surface(Sphere.at((3.0, 1.5, 0.4), 0.4), 0.6)]
+    scene = Scene(surfaces)
+    found, fine = solve(scene, 0.04), solve(scene, 0.005)
+    for k, (value, true) in enumerate(zip(everywhere(found, 200), everywhere(fine, 200))):
+        off, light = np.linalg.norm(value - true), np.linalg.norm(true - scene.emission[k])
+        assert off <= found.surface_errors[k] * light, k
+
+
 def test_links_are_made_finer_where_they_are_most_of_the_error(monkeypatch):
     """A lamp and a shelf in narrow gaps: errors of links go to one side there, which no finer field would mend."""
     lamp, shelf = (
