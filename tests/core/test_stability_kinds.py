@@ -57,12 +57,25 @@ def test_shining_balls_that_are_partly_within_others_by_rays(seed):
     assert verdict.holds and not verdict.refused, verdict
 
 
-@pytest.mark.parametrize("seed", [9300630, 9301932, 9301954, 9302584, 9302992, 8000070])
+@pytest.mark.parametrize("seed", [9300155, 9300630, 9301481, 9301932, 9301954, 9302584, 8000070])
 def test_what_few_rays_meet_is_met_by_chance(seed):
     """Of the fuzz's scenes, by rays: all that is off is how much of a lamp's dimmer face rays meet next to it. Half of
     them differ from all as two draws do, not as halves of even directions: 1.1 to 1.6 times what was stated."""
     verdict = judge(scene, seed, target=TARGET, limit=None, variant=VARIANTS[seed % len(VARIANTS)])
     assert verdict.holds and verdict.stated < 3 * verdict.measured, verdict
+
+
+SEEDS_OF_WHITE_WALLS = [
+    (s, VARIANTS[s % len(VARIANTS)]) for s in (9300301, 9301302, 9302676, 9302801, 9000186, 9000229)
+]
+
+
+@pytest.mark.parametrize(("seed", "variant"), [(9710167, VARIANTS[0]), *SEEDS_OF_WHITE_WALLS])
+def test_errors_of_one_sign_between_white_walls_by_rays(seed, variant):
+    """Of the fuzz's scenes: nodes share their directions, and what these are off by in the mean, which white balls
+    amplify, may by chance all but cancel in one way of halving them: 1.2 % was stated for 2.9, .4 for .46."""
+    verdict = judge(scene, seed, target=TARGET, limit=None, variant=variant)
+    assert verdict.holds and not verdict.refused, verdict
 
 
 @pytest.mark.parametrize("kind", [slit, boxes_side_by_side, gap, stiff_room], ids=lambda k: k.__name__)
