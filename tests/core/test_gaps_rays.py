@@ -65,7 +65,7 @@ def test_light_in_a_narrow_gap_is_none_beside_it(turn, polygon):
     places = np.array([[2.78, SIZE, 2.7], [0.3, SIZE, 0.3], [2.7, 2.7, 0.0], [1.0, 1.0, 0.0]]) @ turn.T
     surface = np.array([4, 4, 0, 0])
     traced = Tracer(scene).incident(surface, places, 4000, np.random.default_rng(1))[:, 0]
-    np.testing.assert_allclose(solution.incident(surface, places)[:, 0], traced, rtol=0.035)
+    np.testing.assert_allclose(solution.incident(surface, places)[:, 0], traced, rtol=0.045)
 
 
 @pytest.mark.parametrize("turn", TURNS)
