@@ -96,7 +96,7 @@ def test_not_much_more_is_stated_by_rays_either():
         return "", furnace(planes, 0.999), "furnace"
 
     verdict = judge(narrow, 0, target=0.08, variant=VARIANTS[0])
-    assert verdict.measured <= verdict.stated <= 10 * verdict.measured, verdict
+    assert verdict.measured <= verdict.stated <= 10 * max(verdict.measured, 1e-3), verdict
 
 
 @pytest.mark.parametrize("seed", [101, 103])
