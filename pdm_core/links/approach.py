@@ -76,7 +76,7 @@ class Approach:
         yield from self.light.extend()
         if self.transport.full:
             return
-        yield from self.light.solve(SOLVED * self.refinement.solver_share * target)
+        yield from self.light.solve(SOLVED * target)
         yield from self.light.divide(target)
         promised = self.check.promise()
         if last or promised <= target or self.transport.crowded:

@@ -24,7 +24,6 @@ MOST_STRAIN = 16.0  # how much finer links get there
 LENIENT = 3.0  # surpluses alone promise too much in gaps: what is found there decides
 LESS = 0.8  # of what did not close is left after a round that helped
 HALVED = 0.5  # of the error expected on a surface, or of links', what is left where that is too large
-TIGHTER, TIGHTEST = 0.03, 1e-5  # tolerance of the solver, of the last, where its rest is most of the error; the least
 STRAIGHTER = 0.3  # part of the bends of the sources that a refinement leaves, where they are most of the error
 NEXT, UNTOLD = 0.3, 0.2  # of a cell's error along one axis: that along the other is halved as well; that of a root
 REFINE_TO = 0.9 / SAFETY  # of the target: what a refinement leaves in the leaves not split
@@ -32,13 +31,12 @@ REFINE_TO = 0.9 / SAFETY  # of the target: what a refinement leaves in the leave
 
 class Refinement:
     """Of a Check's light and its transport, towards one target after another. strain (n surfaces,): how much finer
-    links are there; solver_share: tolerance of the solver, of the usual; cramped: whether less was refined than asked
-    for, lest the memory get full."""
+    links are there; cramped: whether less was refined than asked for, lest the memory get full."""
 
     def __init__(self, check):
         self.check, self.light, self.transport = check, check.light, check.light.transport
         self.strain = np.ones(len(self.light.scene))
-        self.link_target, self.sharpness, self.solver_share = None, 1.0, 1.0
+        self.link_target, self.sharpness = None, 1.0
         self.cramped, self.unclosed = False, np.inf
 
     # -- before the rows -----------------------------------------------------------------------------------------
@@ -98,11 +96,8 @@ class Refinement:
 
     def _straighten(self):
         """Where errors that the scene amplifies are most of all: split the cells, of direct light or of the field, over
-        which the sources bend, or solve better; False where not, or where there is no more to gain; yields."""
+        which the sources bend; False where not, or where there is no more to gain; yields."""
         check, light, t = self.check, self.light, self.transport
-        if check.fresh and check.largest("solver"):
-            self.solver_share *= TIGHTER
-            return self.solver_share > TIGHTEST
         if not (check.fresh and check.largest("stiff")):
             return False
         direct = np.linalg.norm(check.amplified.direct) > np.linalg.norm(check.one_way) / 2
