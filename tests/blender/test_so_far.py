@@ -134,7 +134,7 @@ def test_the_report_is_the_baked_scenes_whatever_is_shown_at_the_end(baking):
 def test_objects_that_get_meshes_of_their_own_are_left_till_then(baking):
     floor, ball, _ = scenes.lit_ball()
     twin = bpy.data.objects.new("Twin", ball.data)
-    twin.location = 1.2, 0, 0.5
+    twin.location = 2.2, 0, 1.2
     bpy.context.collection.objects.link(twin)
     bpy.context.view_layer.update()
     steps, shown = baking(target_error=0.01, make_single_user=True)
