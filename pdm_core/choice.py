@@ -26,14 +26,14 @@ class Choice:
     rays: float | None = None
 
 
-def choose(scene, target):
-    """The Choice for a Scene and a target error."""
+def choose(scene, target, shafts=None):
+    """The Choice for a Scene and a target error; shafts: the settled scene's Shafts if they are there already."""
     needs = scene.plurals + ["lights"] * bool(scene.lights) + ["a background that varies"] * (scene.sky is not None)
     needs += ["surfaces that vary"] * any(surface.varies for surface in scene.surfaces)
     needs += [f"more than {MOST} surfaces"] * (len(scene) > MOST)
     if needs:
         return Choice(True, f"because of {' and '.join(needs)}")
-    shafts = Shafts(settle(scene)[0])
+    shafts = Shafts(settle(scene)[0]) if shafts is None else shafts
     facing = sum(int(shafts.may_see(a).sum()) for a in range(len(scene)))  # one row at a time bounds the memory
     crossed = len(balls_that_cross(shafts.table)[0])
     links = (FACING * facing + CROSSED * crossed) * (0.04 / target) ** FINER_LINKS

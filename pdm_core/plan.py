@@ -35,7 +35,7 @@ def plan(scene, target_error=1e-2, shafts=None):
     """scene, target of the radiance's relative error -> Plan; shafts: the scene's Shafts if they are there already"""
     of_kind(scene, Scene, "plan")
     target = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
-    choice = choose(scene, target)
+    choice = choose(scene, target, shafts)
     if shafts is None and choice.by_rays:
         return plan_by_rays(scene, target, choice.why)
     shafts = Shafts(settle(scene)[0]) if shafts is None else shafts
