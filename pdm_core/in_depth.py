@@ -115,14 +115,15 @@ def balls_that_cross(table):
     """(ball, other) shape indices (k,) of balls in whose surface another shape's surface runs through; of two balls
     once."""
     low, high = table.origin - table.bound, table.origin + table.bound
-    flat = ~table.is_ball
+    flat = table.by_kind(np.arange(len(table.bound)))[1]
     low[:, flat], high[:, flat] = table.corners[:, :, flat].min(axis=1), table.corners[:, :, flat].max(axis=1)
     a, b = near(low.T, high.T, 0.0)
-    ball, other = np.where(table.is_ball[a], a, b), np.where(table.is_ball[a], b, a)
-    ball, other = ball[table.is_ball[ball]], other[table.is_ball[ball]]
-    both = table.is_ball[other]
-    cross = np.empty(len(ball), bool)
-    cross[~both] = against_dome(table, ball[~both], polygon_of=other[~both])[0]
-    one, another = ball[both], other[both]
-    cross[both] = against_dome(table, one, another)[0] & against_dome(table, another, one)[0]
-    return ball[cross], other[cross]
+    a, b = np.concatenate([a, b]), np.concatenate([b, a])
+    mine = table.by_kind(a)[0]
+    ball, other = a[mine], b[mine]
+    both, mixed = table.by_kind(other)
+    both = both[ball[both] < other[both]]
+    mixed = mixed[against_dome(table, ball[mixed], polygon_of=other[mixed])[0]]
+    both = both[against_dome(table, ball[both], other[both])[0] & against_dome(table, other[both], ball[both])[0]]
+    found = np.concatenate([mixed, both])
+    return ball[found], other[found]
