@@ -69,7 +69,7 @@ class Check:
         sent, of_rays = (yield from in_thread(self._sent)), (yield from self._passed(own))
         # of one sign, and no matter of how many rays there are
         lost = yield from self._passed(np.repeat(state.lit.lost[None, :, None], 3, axis=2))
-        lamps = yield from self._passed(HALF * state.lit.lamps[None])
+        lamps = yield from self._passed(HALF * state.lit.lamps.reshape(len(nodes), -1, 3).swapaxes(0, 1))
         self.passed = sent + of_rays + lost + lamps
         whole = partial(self._relative, nodes.surface, nodes.weight)
         self.parts = {

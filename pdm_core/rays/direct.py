@@ -29,6 +29,7 @@ GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 TURNS = 3  # sets of points that these receivers see in turn
+ALL = 32  # points of a source that nodes see, each a few of them, about as many in all
 POWER = 0.75  # of n points: the error of a share that they tell, where part is seen, is about 1 / (2 n)^POWER
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points, the same ones at all places
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
@@ -50,8 +51,8 @@ class Shares:
 
         tolerance: of irradiance / pi, of all or of each (n,), for all sources together, or relative, of the light there
         unhidden, where that is more; points: of a source, at first and at most; sets (j,): of these, which
-        receivers see in turn: of several what is seen is usual from then on, but not where colours are read, lest one
-        place hang on the others."""
+        the j places of a node see, and those of the next node others: of several what is seen is usual from then on, but
+        not where colours are read, lest one place hang on the others."""
         n = len(receivers)
         many, learns = len({id(source.whole) for source in self.sources}) > MANY, len(sets) > 1
         sets = np.zeros(1, int) if many else np.array(sets)  # of many some are too bright and some too dark
@@ -79,8 +80,7 @@ class Shares:
             for begin in np.unique(begun):
                 some, count = np.flatnonzero(begun == begin), begin
                 while len(some):
-                    part, turn = receivers.take(lit[some]), sets[lit[some] % len(sets)]
-                    found = yield from self._share(source, part, count, whole[lit[some]], sets.max() + 1, turn)
+                    found = yield from self._share(source, receivers, lit[some], count, whole[lit[some]], sets)
                     share[some], off[some], between[some], agree, number = found
                     alike[some] = np.where(agree, number, 0)
                     if count == begin:
@@ -166,10 +166,13 @@ class Shares:
             out[~np.append(source.receivers, True)[receivers.surface]] = 0.0  # the last in free space
         return out
 
-    def _share(self, source, receivers, count, whole, turns, turn):
-        """Shares seen (n, 3), how far they may be off (n,), the part of the light that no point stands for (n,); for
-        which all points agree (n,), and how many these count for (n,); of so many sets of points receivers see those of
-        their turn (n,)."""
+    def _share(self, source, receivers, some, count, whole, sets):
+        """Shares that some (n,) of the receivers see by so many points each, of sets as in `at`: (n, 3), how far they
+        may be off (n,), the part of the light that no point stands for (n,); for which all points agree (n,), and how
+        many these count for (n,)."""
+        node, place = np.divmod(some, len(sets))
+        turns, turn = _turns(sets, node, place, count)
+        receivers = receivers.take(some)
         place, normal, weight = source.samples(count * turns)
         turns = min(turns, len(place))
         tint, weight = source.tint(place), turns * weight
@@ -184,7 +187,7 @@ class Shares:
             self.counts["shadow rays"] += len(who)
             tally.add(place, some, mine, value, (point, who, visible), tint)
             yield
-        return tally.shares(whole, source.partly)
+        return tally.shares(whole, source.partly, node if len(sets) > 1 else None)
 
     def _values(self, source, place, normal, receivers):
         """(k, n) What receivers get of places (k, 3) of a source, with normals (k, 3) or none, were all of it there."""
@@ -215,6 +218,14 @@ class Shares:
         points = receivers.points.take(who, axis=0) + facets.centre
         beyond = source.beyond((place.take(which, axis=0) - points).T.copy(), points)
         return seen_from(facets, place - facets.centre, receivers, which, who, source.skip, beyond)
+
+
+def _turns(sets, node, place, count):
+    """How many sets of `count` points there are, and which of them places (n,) of nodes (n,) see: of their node's own
+    the one that sets (j,) tells."""
+    own = sets.max() + 1
+    nodes = max(ALL // (count * own), 2) if own > 1 else 1  # in turn
+    return nodes * own, sets[place] + own * (node % nodes)
 
 
 def _blocks(points, receivers, facets):

@@ -13,12 +13,13 @@ TOLD = 3.0  # of the target: what light at one of the places of a node may be of
 # a set are about the middle of their cell; what halves of the sets tell more than the others
 SETS = np.array([0, 1, 2, 3, 1, 0, 3, 2])
 HALVES = np.array([[1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]])[:, SETS] / LIT
+NEXT = np.array([[1, 1], [1, -1]])  # signs of errors of nodes in turn, which have sets of their own
 
 
 class LitNodes:
     """Of n nodes under k sources: factor (n, k, 3) of the sources' light; direct (n, 3) irradiance / pi; spread (n,) of
-    it within each one's cell; unsure (n,): how far it may be off at one place; lamps (n, 3): in their mean, as three
-    halves of the places tell; lost (n,): what of it is of no point of a source."""
+    it within each one's cell; unsure (n,): how far it may be off at one place; lamps (n, 6): in their mean, as three
+    halves of the places tell, of nodes in turn of either sign; lost (n,): what of it is of no point of a source."""
 
     def __init__(self, facets, sources, counts):
         self.facets, self.counts = facets, counts
@@ -27,7 +28,7 @@ class LitNodes:
         self.take(sources)
         self.factor = np.zeros((0, len(sources), 3), np.float32)
         self.spread, self.unsure, self.lost = np.zeros((3, 0))
-        self.lamps = np.zeros((0, 3))
+        self.lamps = np.zeros((0, len(NEXT) * len(HALVES)))
 
     def take(self, sources):
         """Takes sources, of which those known before are the first."""
@@ -38,7 +39,7 @@ class LitNodes:
         self.spots = [s for s in sources if s.is_spot]
         self.beamed[[s.beam_of for s in self.spots]] = True
         # each is off by itself, in all places alike: three draws of the signs, as there are three halves of places
-        signs = np.random.default_rng(len(sources)).choice([-1, 1], (len(sources), len(HALVES)))
+        signs = np.random.default_rng(len(sources)).choice([-1, 1], (len(sources), len(NEXT) * len(HALVES)))
         self.doubt = signs * np.reshape([s.unsure for s in sources], (-1, 1))
 
     @property
@@ -63,7 +64,10 @@ class LitNodes:
         self.factor[new] = each.mean(axis=1)
         light = np.einsum("nlkc,kc->nlc", each, self.light)
         self.spread[new] = np.linalg.norm(light.std(axis=1), axis=1)
-        self.lamps[new] = light.mean(axis=2) @ HALVES.T + (self.factor[new] * self.light).mean(axis=2) @ self.doubt
+        halves = light.mean(axis=2) @ HALVES.T
+        turn = NEXT[:, np.arange(len(new)) % len(NEXT)].T[:, :, None]
+        self.lamps[new] = (turn * halves[:, None]).reshape(len(new), -1)
+        self.lamps[new] += (self.factor[new] * self.light).mean(axis=2) @ self.doubt
 
     def _spots(self, state, each, places, told):
         """Adds spots of narrow beams to the sources, where places have factors each (n, k, 3); returns those of the
