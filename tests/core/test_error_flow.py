@@ -72,7 +72,7 @@ def test_what_links_are_off_by_is_told_at_a_few_nodes():
         rows = finish(light.rows_at(f.points, f.normals, f.node_surface, 0.01))
         off = 0.5 * (rows.times(light.radiosity()) - light.indirect)
         found.append(norms(f, np.linalg.norm(off, axis=1))[[0, 2, 3]])
-        told.append(finish(approach.check.linked(np.array([0, 2, 3]))))
+        told.append(finish(approach.check.own.linked(np.array([0, 2, 3]))))
     found, told = np.array(found), np.array(told)
     assert (told < 2 * found).all() and (told > found / 2).all()
     assert (told[1] < told[0] / 10).all()
@@ -117,7 +117,7 @@ def test_only_what_was_too_large_is_looked_at_again(monkeypatch):
     look = Check._look
 
     def watched(check, seed, samples, some):
-        told.append(check.own_errors)
+        told.append(check.own.errors)
         seen.append((some, samples))
         return look(check, seed, samples, some)
 
