@@ -160,7 +160,7 @@ class Refinement:
         if check.fresh and len(mended := self._to_mend(target)):
             found = np.sqrt(np.bincount(f.surface[f.leaves], lengths(error[f.leaves]) ** 2, len(self.light.scene)))
             own = np.full(len(found), np.inf)
-            own[mended] = HALVED * found[mended]
+            own[mended] = SURE * each_surface.OWN * target / (SAFETY * check.own.here[mended]) * found[mended]
             halvings = np.union1d(halvings, each_surface.worst_of_parts(f, error, own, f.surface))
         if check.fresh:
             halvings = np.union1d(halvings, (yield from self._blamed(target)))
@@ -197,7 +197,8 @@ class Refinement:
             error[f.leaves] = bend * np.sqrt(f.sizes()[f.leaves])[:, None]
         each, halvings = (yield from own.flow.blame(np.where(far[at], weight * rho, 0.0), error)).ravel(), f.halvings
         halvings = halvings[np.argsort(each[halvings], kind="stable")]
-        return halvings[np.cumsum(each[halvings]) > HALVED * each[halvings].sum()]
+        left = SURE * each_surface.OWN * target / (SAFETY * own.passed[far].max())
+        return halvings[np.cumsum(each[halvings]) > left * each[halvings].sum()]
 
     # -- more nodes ----------------------------------------------------------------------------------------------
 
