@@ -20,7 +20,7 @@ from .received import Received
 
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
 COARSE = 2.0  # tolerance of links that are made anew, of what would do
-EXPECTED = 0.1  # of the mean light: what is expected of indirect light's range over a whole chart before it is known
+EXPECTED = 0.2  # of the mean light: what is expected of indirect light's range over a whole chart before it is known
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 
 
