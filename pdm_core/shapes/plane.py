@@ -1,11 +1,11 @@
 """Parallelograms, and their halves: triangles."""
 
 from functools import cached_property
-from math import hypot, isfinite
+from math import hypot
 
 import numpy as np
 
-from ..checked import vector
+from ..checked import MOST, vector
 from ..closed_forms import cross
 from ..coincident import REACHES
 from ..contour import polygon_unoccluded
@@ -29,6 +29,7 @@ class Plane(Flat):
     @classmethod
     def through(cls, corners):
         """The parallelogram with corners (4, 3) m, counter-clockwise seen from its front."""
+        corners = vector(corners, (4, 3), "Plane corners")
         plane = cls(corners[0], corners[1] - corners[0], corners[3] - corners[0])
         plane.__dict__["corners"] = corners  # not the sums of rounded edges
         plane.__dict__["twist"] = corners[0] - corners[1] + corners[2] - corners[3]
@@ -139,8 +140,8 @@ class Plane(Flat):
 
     @cached_property
     def problem(self):
-        if not all(map(isfinite, (*self.origin.tolist(), *self.u.tolist(), *self.v.tolist()))):
-            return "its coordinates are not finite; apply a valid transform"
+        if not all(abs(x) <= MOST for x in (*self.origin.tolist(), *self.u.tolist(), *self.v.tolist())):
+            return "its coordinates are not finite or beyond all bounds; apply a valid transform"
         longest = max(hypot(*self.u.tolist()), hypot(*self.v.tolist()))
         if not (longest > 0 and hypot(*cross(self.u / longest, self.v / longest).tolist()) > FLATTEST):
             return "it has no area; give it two edges of different directions or remove it"
