@@ -11,7 +11,7 @@ import numpy as np
 from ..at_once import CACHED, slices
 from ..closed_forms import dot, kernel, ways
 from ..tolerances import FAINT, TINY
-from .bundles import NOTHING, along
+from .bundles import NOTHING, along, flat_faces
 from .grid import batches
 from .perspective import seen_from
 from .tally import Tally, unseen
@@ -161,7 +161,7 @@ class Shares:
         own = receivers.own
         # what a shining ball's inner side gives itself is met by rays
         out[(own >= 0) & (own == source.skip) & ~(receivers.inside & source.is_spot)] = 0.0
-        out[source.against(points, receivers.normals)] = 0.0
+        out[source.against(points, flat_faces(self.facets, receivers))] = 0.0
         if source.receivers is not None:
             out[~np.append(source.receivers, True)[receivers.surface]] = 0.0  # the last in free space
         return out

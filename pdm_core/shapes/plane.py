@@ -9,7 +9,8 @@ from ..checked import MOST, vector
 from ..closed_forms import cross
 from ..coincident import REACHES
 from ..contour import polygon_unoccluded
-from .shape import FLATTEST, INSET, Flat, square_lattice, tiles, unit
+from ..tolerances import SINGLE, TOUCHING
+from .shape import FLATTEST, INSET, ROUNDINGS, Flat, square_lattice, tiles, unit
 
 
 class Plane(Flat):
@@ -36,7 +37,9 @@ class Plane(Flat):
         return plane
 
     def moved(self, origin, corners):
-        return Plane.through(corners - origin)
+        moved = Plane.through(corners - origin)
+        moved.__dict__["problem"] = None  # what is wrong with it has been said
+        return moved
 
     @cached_property
     def twist(self):
@@ -145,6 +148,8 @@ class Plane(Flat):
         longest = max(hypot(*self.u.tolist()), hypot(*self.v.tolist()))
         if not (longest > 0 and hypot(*cross(self.u / longest, self.v / longest).tolist()) > FLATTEST):
             return "it has no area; give it two edges of different directions or remove it"
+        if max(map(abs, self.twist.tolist())) > ROUNDINGS * SINGLE * np.abs(self.corners).max() + TOUCHING * longest:
+            return "its corners are no parallelogram's; give a Polygon or a Mesh"
         return None
 
 
