@@ -269,3 +269,32 @@ def test_a_plane_whose_corners_are_rounded_apart_does_not_see_itself(width, twis
 def test_corners_that_are_no_parallelograms_are_refused():
     with pytest.raises(SceneError, match="no parallelogram"):
         Surface(Plane.through(np.array([[0, 0, 0], [1, 0, 0], [1.2, 1, 0], [0, 1, 0.0]])))
+
+
+@pytest.mark.parametrize("rounding", [2**-53, 2**-24])
+@pytest.mark.parametrize("near", [8.0, 20.0, 1e3])
+def test_a_wall_close_before_a_point_hides_half_of_the_sky(near, rounding):
+    """All its corners are seen on one great circle, as those of what is seen edge-on are: it hid nothing."""
+    wall = Plane((0, -1, 0), (0, 2, 0), (0, 0, 1))
+    partition = Plane((0, 0, 0), (2, 0, 0), (0, 0, 1))
+    sides = [Surface(shape, 0.5, side=side) for shape in (wall, partition) for side in ("front", "back")]
+    scene = Scene(sides, 1.0, rounding)
+    factors = Transport(scene).factors
+    points, normals = np.array([[near * factors.scene.tolerance, 0, 0.5]]), np.array([[0.0, -1, 0]])
+    seen = factors.matrix(points, normals, np.array([2]), np.arange(4), True)[0]
+    assert seen[0] == pytest.approx(0.5, abs=1e-3) and seen[-1] == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 5])
+def test_rows_close_in_a_rounded_room_with_a_partition(seed):
+    """Edges that nodes pass by as close as they keep from a wall are turned by rounding more than was taken: rows next
+    to the partition summed to .5 to 1.5."""
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    turn[0] *= np.linalg.det(turn)
+    walls = [surface.shape for surface in Place(0.0, np.zeros(3)).box((0, 0, 0), (3, 2, 1), inward=True)]
+    walls.append(Plane((1, 0, 0), (0, 1.9, 0), (0, 0, 1)))
+    sides = [Surface(rounded(w.corners @ turn.T), 0.5, side=side) for w in walls for side in ("front", "back")]
+    transport = Transport(Scene(sides, 1.0, 2**-24))
+    field, everyone = transport.field, np.arange(len(sides))
+    sums = transport.factors.matrix(field.points, field.normals, field.node_surface, everyone, True).sum(axis=1)
+    assert np.abs(sums - 1).max() < 2e-3
