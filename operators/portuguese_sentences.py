@@ -114,9 +114,10 @@ SENTENCES = {
     "is no UV sphere": "não é uma esfera UV",
     "a vertex is {} of the radius off a {} one": "um vértice está a {} do raio de uma {}",
     "was it edited?": "foi editada?",
-    "its coordinates are not finite": "as suas coordenadas não são finitas",
+    "its coordinates are not finite or beyond all bounds":
+        "as suas coordenadas não são finitas ou estão fora dos limites",
     "its normals are not finite": "as suas normais não são finitas",
-    "its matrix is not finite": "a sua matriz não é finita",
+    "its matrix is not finite or beyond all bounds": "a sua matriz não é finita ou está fora dos limites",
     "apply a valid transform": "aplique uma transformação válida",
     "clear them or give others": "limpe-as ou dê outras",
     "give it faces or remove it": "dê-lhe faces ou remova-o",

@@ -12,18 +12,28 @@ class SceneError(ValueError):
     """Invalid input; the message names the surface and says what to do."""
 
 
+def within(values):
+    """Whether all numbers of an array are finite, and small enough for products of them to be so."""
+    return bool((np.abs(values) <= MOST).all())
+
+
 def of_kind(value, kind, what):
     """SceneError where what was handed to a function is not of the kind that it needs."""
     if not isinstance(value, kind):
         raise SceneError(f"{what} needs a {kind.__name__}, not {value!r}")
 
 
-def array(value, what):
-    """Real numbers of any shape as a float64 array."""
+def as_array(value, what):
+    """Whatever was given, as an array."""
     try:
-        out = np.asarray(value)
+        return np.asarray(value)
     except (TypeError, ValueError) as error:
         raise SceneError(f"{what} must be numbers, not {value!r}") from error
+
+
+def array(value, what):
+    """Real numbers of any shape as a float64 array."""
+    out = as_array(value, what)
     if out.dtype.kind not in "iuf" and not (out.size == 0 and out.dtype.kind != "O"):
         raise SceneError(f"{what} must be real numbers, not {value!r}")
     return out.astype(np.float64)
@@ -41,8 +51,8 @@ def vector(value, shape, what):
 def finite(value, shape, what):
     """The same, none of them infinite or nan."""
     out = vector(value, shape, what)
-    if not np.isfinite(out).all():
-        raise SceneError(f"{what} is {out.tolist()}; use finite numbers")
+    if not within(out):
+        raise SceneError(f"{what} is {out.tolist()}; use finite numbers up to {MOST:g}")
     return out
 
 
@@ -63,6 +73,11 @@ def number(value, what, advice, above=-np.inf, below=np.inf):
     return float(out)
 
 
+def target_of(value):
+    """A target error."""
+    return number(value, "target_error", "a number above 0 such as 0.01", LEAST, MOST)
+
+
 def colour(value, what):
     """(3,) finite and at least 0; one number stands for three equal channels."""
     out = array(value, what)
@@ -76,6 +91,13 @@ def colour(value, what):
         raise SceneError(f"{what} is {out.tolist()}; use 0 or numbers from {LEAST:g} to {MOST:g}")
     out.flags.writeable = False
     return out
+
+
+def yes_or_no(value, what):
+    """A bool."""
+    if not isinstance(value, bool | np.bool_ | int | np.integer):
+        raise SceneError(f"{what} is {value!r}; use True or False")
+    return bool(value)
 
 
 def told_by(function, places, what):
@@ -94,8 +116,16 @@ def vectors(value, what):
     out = out[None] if out.shape == (3,) else out.reshape(0, 3) if out.size == 0 else out
     if out.ndim != 2 or out.shape[1] != 3:
         raise SceneError(f"{what} must have shape (n, 3), not {out.shape}")
-    if not np.isfinite(out).all():
-        raise SceneError(f"{what} are not all finite; leave out those with NaN or infinity")
+    if not within(out):
+        raise SceneError(f"{what} are not all finite numbers up to {MOST:g}; leave out the others")
+    return out
+
+
+def told_or_nan(value, shape, what):
+    """What may be told of points, numbers of that shape, nan where it is not, or None."""
+    out = None if value is None else vector(value, shape, what)
+    if out is not None and not within(np.nan_to_num(out, posinf=np.inf, neginf=-np.inf)):
+        raise SceneError(f"{what} hold infinite numbers; use nan, or None for all, where nothing is told")
     return out
 
 

@@ -92,10 +92,13 @@ class Contacts:
 
     def _toward(self, own, shape):
         """(n,) +1 or -1: to which side of planes, shapes (n,), points on shapes own (n,) are to be moved that lie in
-        them: the lit one, or that of the ball which touches them."""
-        planes, k = self.planes, self.planes.number[shape]
+        them: the one that all of a plane is on, or the middle of a ball; where they cross the lit one."""
+        planes, k, flat = self.planes, self.planes.number[shape], self.planes.flat[own]
         height = np.einsum("ni,ni->n", planes.middle[own] - planes.corners[k, 0], planes.normal[k])
-        beside = ~planes.flat[own] & (np.abs(height) > BESIDE * planes.radius[own])
+        beside = np.abs(height) > BESIDE * planes.radius[own]
+        ends = planes.corners[planes.number[own[flat]]] - planes.corners[k[flat], :1]
+        ends = np.einsum("nci,ni->cn", ends, planes.normal[k[flat]])
+        beside[flat] = np.maximum(ends.min(axis=0), -ends.max(axis=0)) > -CLEAR * self.tolerance
         return np.where(beside, np.sign(height), planes.lit[k])
 
     def _normals(self, surface):
@@ -142,6 +145,8 @@ class _Planes:
         self.inverse = np.array([p.inverse for p in planes]).reshape(-1, 3, 3)
         self.area = np.array([p.area for p in planes])
         self.half = np.array([p.half for p in planes], bool)
+        twist = np.array([p.twist for p in planes]).reshape(-1, 3)
+        self.twisted = np.where(self.half, 0.0, np.einsum("ni,ni->n", twist, self.normal))  # m, a corner off its plane
         self.edges = np.linalg.norm(self.corners[:, [1, 3]] - self.corners[:, [0]], axis=2)
         front, back = (scene.sides >= 0).T
         self.lit = np.where(front[self.index], 1.0, -1.0)  # which side counts as the front
@@ -201,7 +206,7 @@ def _touching(scene):
     same, side = side_of(planes, i[over], j[over], inward)
     # of bodies in contact all but the edges is hidden: they keep theirs, unless one looks into them
     apart = same | loose[j[over]] | planes.two_sided[j[over]]
-    heights = np.abs(height[np.abs(height) <= scene.tolerance])
+    heights = np.abs(np.concatenate([height[np.abs(height) <= scene.tolerance], planes.twisted]))
     tolerance = max(
         tolerance_of(scene.shapes, 0.0), 2 * heights.max(initial=0), 2 * np.abs(corners - planes.corners).max(initial=0)
     )

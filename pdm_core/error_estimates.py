@@ -118,12 +118,17 @@ class Residual:
         return abs(share) + np.linalg.norm(self._weight * (product - share * square)) / whole
 
     def ratios(self, light, count):
-        """(n surfaces, 3) The sum over each, of so many, as part of that of its light (k, 3)."""
-        wrong, light = (
-            np.stack([np.bincount(self.surface, self._weight * row, count) for row in value.T], axis=1)
-            for value in (self.value, light)
-        )
-        return np.divide(wrong, light, out=np.zeros_like(wrong), where=light > 0)
+        """(n surfaces, 3) The sum over each, of so many, as part of that of its light (k, 3): that of all together, and
+        what each one's differs from it by, but for what may be chance."""
+        each = lambda value: np.stack([np.bincount(self.surface, row, count) for row in value.T], axis=1)  # noqa: E731
+        weight, points = self._weight[:, None], np.bincount(self.surface, minlength=count)[:, None]
+        wrong, whole = each(weight * self.value), each(weight * light)
+        ratio = np.divide(wrong, whole, out=np.zeros_like(whole), where=whole > 0)
+        rest = each((weight * (self.value - ratio[self.surface] * light)) ** 2) * points / np.maximum(points - 1, 1)
+        chance2 = np.divide(rest, whole**2, out=np.zeros_like(whole), where=whole > 0)
+        mean = wrong.sum(axis=0) / np.maximum(whole.sum(axis=0), 1e-300)
+        apart = ratio - mean
+        return mean + np.sign(apart) * np.sqrt(np.maximum(apart**2 - chance2, 0.0))
 
     def by_surface(self, areas):
         """areas (n surfaces,) m^2 -> how many points lie on each, and the square of its L2 norm, as they tell (n,)"""

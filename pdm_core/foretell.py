@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .checked import LEAST
+
 # seconds go as the error to minus this, as the random rooms of tests/benchmarks/foretold.py do
 USUAL = 0.9
 POWERS = 0.5, 1.5  # what the power that the history itself shows may be; it counts as much
@@ -12,7 +14,7 @@ def seconds_to(history, target):
     """history [(seconds, error)] of a Solution -> seconds that a solution to the target may take; None where nothing
     is known. What was reached before is read off."""
     seconds, error = falling(history)
-    if not len(error) or target <= 0:
+    if not len(error) or target < LEAST:
         return None
     if error[-1] <= target:
         return float(seconds[np.argmax(error <= target)])

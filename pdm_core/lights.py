@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from .at_once import CACHED
-from .checked import LEAST, MOST, SceneError, colour, direction_of, finite, number
+from .checked import LEAST, MOST, SceneError, colour, direction_of, finite, number, yes_or_no
 from .closed_forms import disc_unoccluded, dot, sphere_unoccluded
 from .contour import polygon_unoccluded
 from .light_beams import across_cone, beam_unoccluded
@@ -42,7 +42,7 @@ class PointLight(Light):
         self.colour = colour(power, f"{label}: power")
         self.radius = max(number(radius, f"{label}: radius", "0 or metres above it", -LEAST, MOST), 0.0)
         self.radius = self.radius if self.radius > LEAST else 0.0
-        self.faces, self.shadows = bool(faces), bool(shadows)
+        self.faces, self.shadows = yes_or_no(faces, f"{label}: faces"), yes_or_no(shadows, f"{label}: shadows")
 
     @property
     def cone(self):
@@ -99,7 +99,7 @@ class SpotLight(PointLight):
         super().__init__(position, power, radius, faces, shadows, name)
         label = _label(name)
         self.direction = direction_of(direction, f"{label}: direction")
-        self.angle = number(angle, f"{label}: angle", "radians above 0, at most pi", 0, np.pi * (1 + 1e-6))
+        self.angle = number(angle, f"{label}: angle", "radians above 0, at most pi", LEAST, np.pi * (1 + 1e-6))
         self.blend = min(max(number(blend, f"{label}: blend", "0 to 1", -1e-6, 1 + 1e-6), 0.0), 1.0)
         self.to_cone = self._inverse(axes, label)
 
@@ -185,7 +185,8 @@ class SunLight(Light):
         self.direction = direction_of(direction, f"{label}: direction")
         self.colour = colour(irradiance, f"{label}: irradiance")
         self.angle = max(number(angle, f"{label}: angle", "0 to pi radians", -1e-6, np.pi * (1 + 1e-6)), 0.0)
-        self.shadows = bool(shadows)
+        self.angle = self.angle if self.angle > LEAST else 0.0
+        self.shadows = yes_or_no(shadows, f"{label}: shadows")
 
     def unoccluded(self, points, normals):
         normals = np.asarray(normals, float)
@@ -216,11 +217,13 @@ class AreaLight(Light):
         self.centre = finite(centre, (3,), f"{label}: centre")
         self.u, self.v = finite(u, (3,), f"{label}: u"), finite(v, (3,), f"{label}: v")
         self.colour = colour(power, f"{label}: power")
-        self.ellipse, self.shadows = bool(ellipse), bool(shadows)
-        self.spread = number(spread, f"{label}: spread", "radians above 0, at most pi", 0, np.pi * (1 + 1e-6))
+        self.ellipse, self.shadows = yes_or_no(ellipse, f"{label}: ellipse"), yes_or_no(shadows, f"{label}: shadows")
+        self.spread = number(spread, f"{label}: spread", "radians above 0, at most pi", LEAST, np.pi * (1 + 1e-6))
         longest = max(np.abs(self.u).max(), np.abs(self.v).max())
         if not (longest > LEAST and np.linalg.norm(np.cross(self.u / longest, self.v / longest)) > FLATTEST):
             raise SceneError(f"{label}: it has no area; give it a size above 0 in both directions")
+        if any((self.centre + edge / 2 == self.centre - edge / 2).all() for edge in (self.u, self.v)):
+            raise SceneError(f"{label}: its size is lost in the rounding of its place; move it nearer to the origin")
 
     @property
     def sizes(self):

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .checked import number, of_kind
+from .checked import of_kind, target_of
 from .choice import MOST, choose
 from .contacts import settle
 from .scene import Scene
@@ -34,7 +34,7 @@ class Plan:
 def plan(scene, target_error=1e-2, shafts=None):
     """scene, target of the radiance's relative error -> Plan; shafts: the scene's Shafts if they are there already"""
     of_kind(scene, Scene, "plan")
-    target = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
+    target = target_of(target_error)
     choice = choose(scene, target, shafts)
     if shafts is None and choice.by_rays:
         return plan_by_rays(scene, target, choice.why)

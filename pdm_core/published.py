@@ -51,9 +51,11 @@ def pdm_form_factor(a, b, divisions_a=(1, 1), divisions_b=(1, 1), points=5, occl
     if not isinstance(occluders, tuple | list) or not all(isinstance(s, Shape) and not s.is_mesh for s in occluders):
         raise SceneError(f"pdm_form_factor: occluders are {occluders!r}; give a list of Planes, Spheres and Polygons")
     counts = [array(k, "pdm_form_factor: divisions and points") for k in (divisions_a, divisions_b, points)]
-    whole = all(np.isfinite(k).all() and (k == np.floor(k)).all() and (k >= 1).all() for k in counts)
+    whole = all(((k == np.floor(k)) & (k >= 1) & (k <= AT_ONCE)).all() for k in counts)
     if [k.shape for k in counts] != [(2,), (2,), ()] or not whole:
-        raise SceneError("pdm_form_factor: divisions must be two whole numbers each, points one, all at least 1")
+        raise SceneError(
+            f"pdm_form_factor: divisions must be two whole numbers each, points one, all from 1 to {AT_ONCE}"
+        )
     divisions_a, divisions_b, points = (k.astype(int).tolist() for k in counts)
     pa, na = patch_samples(a, divisions_a, points)
     pb, nb = patch_samples(b, divisions_b, points)

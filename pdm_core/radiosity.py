@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from .checked import SceneError, number, of_kind
+from .checked import SceneError, number, of_kind, target_of
 from .choice import choose
 from .links.approach import link_steps
 from .links.solution import Solution
@@ -37,7 +37,9 @@ def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False)
     better one nothing else is at work: it may be read before the next.
     """
     of_kind(scene, Scene, "solve")
-    target_error = number(target_error, "target_error", "a number above 0 such as 0.01", above=0)
+    if not callable(enough):
+        raise SceneError(f"enough is {enough!r}; give a function that tells whether to end")
+    target_error = target_of(target_error)
     if time_limit is not None:
         time_limit = number(time_limit, "time_limit", "seconds above 0, or None for no limit", above=0)
     choice = choose(scene, target_error)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .checked import SceneError, indices, of_kind, vectors
+from .checked import MOST, SceneError, indices, number, of_kind, told_or_nan, vectors
 from .foretell import seconds_to
 from .scene import Scene
 from .shapes.shape import unit
@@ -27,11 +27,11 @@ class ReadOff:
 
         On a mesh: normals (n, 3) of that side, to shade by; inward (n, 3) m, a point of the face that each belongs to.
         """
-        return finish(self.incident_steps(*self._of(surface_index, points), normals, inward))
+        return finish(self.incident_steps(*self._of(surface_index, points, normals, inward)))
 
     def radiance(self, surface_index, points, normals=None, inward=None):
         """As incident -> outgoing radiance (n, 3)"""
-        return finish(self.radiance_steps(*self._of(surface_index, points), normals, inward))
+        return finish(self.radiance_steps(*self._of(surface_index, points, normals, inward)))
 
     def relight(self, scene):
         """The same shapes, sides and lights with other reflectance, emission, lights' colours or background -> solution
@@ -55,22 +55,25 @@ class ReadOff:
         the length of the three channels': where it is likely to be large, not a bound at each point."""
         return finish(self.estimated_error_steps(*self._of(surface_index, points)))
 
-    def kept(self, surface, points, normals=None, inward=None):
-        """Kept of points (n, 3) m of surfaces (n,): their light under any other, as long as no shape changes."""
-        return finish(self.kept_steps(surface, vectors(points, "points"), normals, inward))
+    def kept(self, surface_index, points, normals=None, inward=None):
+        """As incident -> Kept of the points: their light under any other, as long as no shape changes."""
+        return finish(self.kept_steps(*self._of(surface_index, points, normals, inward)))
 
     def seconds_to(self, target):
         """Seconds that a solution to the target may take, from how this one converged; None where nothing is known."""
-        return seconds_to(self.history, target)
+        return seconds_to(self.history, number(target, "seconds_to: target", "a number such as 0.01", below=MOST))
 
     def error_over(self, surfaces):
         """Estimated relative L2 error of L - Le over these surfaces (indices) alone."""
+        surfaces = indices(surfaces, len(self.scene), len(surfaces), "surfaces")
         norm = self.surface_norms[surfaces]
         return float(np.linalg.norm(self.surface_errors[surfaces] * norm) / max(np.linalg.norm(norm), 1e-300))
 
-    def _of(self, surface_index, points):
+    def _of(self, surface_index, points, *told):
+        """What steps take: surfaces (n,), points (n, 3), and what is told of these (n, 3), nan or None for nothing."""
         points = vectors(points, "points")
-        return indices(surface_index, len(self.scene), len(points), "surface_index"), points
+        surface = indices(surface_index, len(self.scene), len(points), "surface_index")
+        return surface, points, *(told_or_nan(a, points.shape, "normals and inward") for a in told)
 
 
 def oriented(points, normals):

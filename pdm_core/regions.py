@@ -11,10 +11,12 @@ import numpy as np
 from .closed_forms import across, cross, divide, dot
 from .contour import clip_edges
 from .sinusoids import TURN, crosses, crossings, levels
+from .tolerances import CLEAR
 
 GRAZING_ANGLE = 1e-4  # sine of the angle above which no polygon is seen edge-on
 EDGE_ON = 8  # turns by rounding: a polygon no wider than so many in the view hides nothing
 STEEPEST = 1e-3  # tilt of a plane, as a sine, that rounding is taken to cause at most: of edges seen end-on
+PASSED = 1 / CLEAR  # the same of edges that points pass by as close as they keep from what stands on their surface
 
 
 def _unit(a):
@@ -93,22 +95,26 @@ def covers_directions(corners, height, tolerance):
     size = np.sqrt(dot(area, area))
     covers = (height > 0).any(axis=0) & (distance > tolerance * size)
     narrow = np.nonzero(covers & (distance < GRAZING_ANGLE * size * np.sqrt(dot(corners, corners).max(axis=0))))[0]
-    covers[narrow] = _width(corners[:, :, narrow], tolerance) > EDGE_ON
+    covers[narrow] = _width(corners[:, :, narrow], area[:, narrow], tolerance) > EDGE_ON
     return covers
 
 
-def _width(corners, tolerance):
-    """(m,) The least width of polygons (3, k, m) in the view, of what rounding can turn their edges' planes by."""
+def _width(corners, area, tolerance):
+    """(m,) The least width of polygons (3, k, m), area vectors (3, m), in the view, of what rounding can turn their
+    edges' planes by; inf of those that the point is close before: these fill half of it."""
     reach = np.sqrt(dot(corners, corners))
     following = np.r_[1 : corners.shape[1], 0]
     planes = cross(corners, corners[:, following])
     length = np.sqrt(dot(planes, planes))
-    turn = _tilt(corners, corners[:, following], length, tolerance).max(axis=0)
+    turn = np.minimum(_tilt(corners, corners[:, following], length, tolerance), STEEPEST)
     directions = corners / reach
     middle = _unit(directions + directions[:, following])  # an edge close by turns half around the point
     height = np.einsum("ikm,icm->kcm", divide(planes, length), np.concatenate([directions, middle], axis=1))
     # a corner that is there twice makes no edge
-    return np.where(length > 0, np.abs(height).max(axis=1), np.inf).min(axis=0) / turn
+    width = np.where(length > 0, np.abs(height).max(axis=1), np.inf).min(axis=0) / turn.max(axis=0)
+    # on which sides of the edges it is, or so near these that rounding may tell
+    foot, slack = np.einsum("ikm,im->km", planes, area), turn * length * np.sqrt(dot(area, area))
+    return np.where((foot >= -slack).all(axis=0) | (foot <= slack).all(axis=0), np.inf, width)
 
 
 def polygon_region(corners, height, tolerance, closing=None):
@@ -140,7 +146,7 @@ def polygon_region(corners, height, tolerance, closing=None):
 def _tilt(p, q, length, tolerance):
     """What moving the ends of edges p, q (3, ..., m) by tolerance may turn their planes; length (..., m): |p x q|."""
     reach = np.sqrt(dot(p, p)) + np.sqrt(dot(q, q))
-    return np.minimum(tolerance * divide(reach, length), STEEPEST)
+    return np.minimum(tolerance * divide(reach, length), PASSED)
 
 
 def ball_source(balls, n):

@@ -123,7 +123,7 @@ def warnings_of(solution, memory, target_error, stopped):
         more = "raise the time limit or the" if stopped else "finer cells hardly help; raise the"
         advice = f"{'raise the' if memory else more} target error"
         return [FULL] * memory + [above_target(solution.error, target_error, advice)]
-    dark = np.flatnonzero(check.too_large(target_error))
+    dark = np.flatnonzero(check.own.too_large(target_error))
     if not len(dark):
         return []
     named = some_of([f"{names[k]} {100 * solution.surface_errors[k]:.2g} %" for k in dark])

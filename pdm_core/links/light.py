@@ -20,6 +20,7 @@ from .received import Received
 
 EXACT_SHARE = 0.05  # of the target: what the interpolated sum of the lesser sources may cost
 COARSE = 2.0  # tolerance of links that are made anew, of what would do
+EXPECTED = 0.2  # of the mean light: what is expected of indirect light's range over a whole chart before it is known
 CANCEL = 0.5  # of an error of either sign this part is left in the mean, which the rooms amplify
 
 
@@ -134,6 +135,9 @@ class SolvedLight:
         """How the sources vary, for the choice of links."""
         f, value = self.transport.sent, self.radiosity()
         variation = np.ptp(value[f.nodes], axis=1).max(axis=1)
+        if not self.iterations:  # what no lamp sees will not be even: links to it from close by would be far too coarse
+            expected = EXPECTED * self.level * self.scene.reflectance.max(axis=1)[f.surface]
+            variation = np.maximum(variation, expected * 0.5 ** f.level.min(axis=1))
         surplus = np.abs(surpluses(f, value)).max(axis=(1, 2))
         below = np.zeros(len(f.level))
         depth = f.level.sum(axis=1)

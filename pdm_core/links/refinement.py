@@ -6,8 +6,8 @@ from .. import each_surface
 from ..error_estimates import bends, leaf_errors, lengths
 from ..error_flow import areas_of_nodes, norms
 from ..gaps import crowded
-from .check import SAFETY
 from .light import Precision
+from .own import SAFETY
 
 LINK_SHARE, MANY = 0.2, 0.0025  # tolerance of one link, of the round's target; below that one links are many: less
 NOISY = 1.2  # error found, of the error the surpluses promise, that only links can make
@@ -134,11 +134,12 @@ class Refinement:
         if self.cramped or not self.check.fresh:
             return False
         mended = self._to_mend(target)
-        noisy = self.check.told[mended] > NOISY * self.check.own_promised[mended]
+        own = self.check.own
+        noisy = own.told[mended] > NOISY * own.promised[mended]
         mended = mended[noisy & (self.strain[mended] < MOST_STRAIN)]
         if len(mended):
-            linked = yield from self.check.linked(mended)
-            mended = mended[linked > HALVED * self.check.told[mended]]
+            linked = yield from own.linked(mended)
+            mended = mended[linked > HALVED * own.told[mended]]
         if not len(mended):
             return False
         self.strain = self.strain.copy()  # best solutions keep theirs
@@ -159,7 +160,7 @@ class Refinement:
         if check.fresh and len(mended := self._to_mend(target)):
             found = np.sqrt(np.bincount(f.surface[f.leaves], lengths(error[f.leaves]) ** 2, len(self.light.scene)))
             own = np.full(len(found), np.inf)
-            own[mended] = HALVED * found[mended]
+            own[mended] = SURE * each_surface.OWN * target / (SAFETY * check.own.here[mended]) * found[mended]
             halvings = np.union1d(halvings, each_surface.worst_of_parts(f, error, own, f.surface))
         if check.fresh:
             halvings = np.union1d(halvings, (yield from self._blamed(target)))
@@ -175,28 +176,29 @@ class Refinement:
 
     def _to_mend(self, target):
         """Surfaces (k,) where own errors arise that are too large."""
-        check = self.check
-        return np.flatnonzero(check.too_large(target) & (check.own_here > SURE * each_surface.OWN * target / SAFETY))
+        own = self.check.own
+        return np.flatnonzero(own.too_large(target) & (own.here > SURE * each_surface.OWN * target / SAFETY))
 
     def _blamed(self, target):
         """Halvings of the field whose errors, passed on with the light, make own errors elsewhere too large; yields."""
-        check, light, t = self.check, self.light, self.transport
-        far = check.too_large(target) & (check.own_passed > SURE * each_surface.OWN * target / SAFETY)
+        own, light, t = self.check.own, self.light, self.transport
+        far = own.too_large(target) & (own.passed > SURE * each_surface.OWN * target / SAFETY)
         if not far.any():
             return np.zeros(0, int)
-        own, norm = t.sent.node_surface, np.maximum(light.shared.norm, 1e-300)
+        at, norm = t.sent.node_surface, np.maximum(light.shared.norm, 1e-300)
         # of each surface's own error, an L2 norm, by the error received at each node
-        weight = areas_of_nodes(t.sent) * check.flow_received / np.maximum(check.own_passed * norm**2, 1e-300)[own]
-        rho = light.scene.reflectance.max(axis=1)[own]
+        weight = areas_of_nodes(t.sent) * own.received / np.maximum(own.passed * norm**2, 1e-300)[at]
+        rho = light.scene.reflectance.max(axis=1)[at]
         f, error = t.field, light.leaf_error
-        alone = norms(t.sent, check.flow_received) / norm
+        alone = norms(t.sent, own.received) / norm
         if (alone[far] <= SURE * each_surface.OWN * target / SAFETY).all():  # it is what bends make, amplified
             bend = np.linalg.norm(bends(f, light.scene.reflectance[f.node_surface] * light.indirect), axis=2)
             error = np.zeros(error.shape)
             error[f.leaves] = bend * np.sqrt(f.sizes()[f.leaves])[:, None]
-        each, halvings = (yield from check.flow.blame(np.where(far[own], weight * rho, 0.0), error)).ravel(), f.halvings
+        each, halvings = (yield from own.flow.blame(np.where(far[at], weight * rho, 0.0), error)).ravel(), f.halvings
         halvings = halvings[np.argsort(each[halvings], kind="stable")]
-        return halvings[np.cumsum(each[halvings]) > HALVED * each[halvings].sum()]
+        left = SURE * each_surface.OWN * target / (SAFETY * own.passed[far].max())
+        return halvings[np.cumsum(each[halvings]) > left * each[halvings].sum()]
 
     # -- more nodes ----------------------------------------------------------------------------------------------
 

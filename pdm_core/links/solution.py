@@ -13,9 +13,9 @@ from ..numerics import SOLVED
 from ..plan import reached_by_light
 from ..read_off import ReadOff, Unseen, check_same_shapes, oriented, runs_of
 from ..signs_of_life import TICK, finish
-from .check import SAFETY
 from .kept import KeptLinks
 from .light import SolvedLight
+from .own import SAFETY
 
 FIRST_CHUNK = 256  # points of the first evaluation; the later ones are sized by what it took
 GROWTH = 2  # of an evaluation over the one before it, at most
@@ -31,7 +31,7 @@ class Solution(ReadOff):
         self.scene, self.plan = scene, transport.plan
         self.counts = dict(transport.counts, iterations=check.light.iterations)
         self.error, self.error_parts = check.error, dict(check.parts)
-        self.surface_errors = check.own_errors  # (n surfaces,) each one's own: relative L2, estimated
+        self.surface_errors = check.own.errors  # (n surfaces,) each one's own: relative L2, estimated
         self.surface_norms = check.light.shared.norm  # (n surfaces,) as norm, of each
         self.norm = check.light.norm  # ||L - Le||, radiance times metres
         self.nodes = len(transport.sent.keys)
@@ -56,7 +56,7 @@ class Solution(ReadOff):
 
     def estimated_error_steps(self, surface, points):
         """(n,) at points (n, 3) m of surfaces (n,), see estimated_error: generator of the fraction done."""
-        out = yield from self._between_nodes(surface, points, self._check.node_error[:, None])
+        out = yield from self._between_nodes(surface, points, self._check.own.node_error[:, None])
         return SAFETY * np.maximum(out[:, 0], 0.0)
 
     def _between_nodes(self, surface, points, value):

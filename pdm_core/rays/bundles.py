@@ -166,14 +166,21 @@ def _described(facets, facet, at, best, direction, cosine, receivers):
     return Hits(facet, at, front, cosine)
 
 
+def flat_faces(facets, receivers):
+    """(n, 3) Normals of the flat faces that receivers lie on; 0 of those on balls, which touch in points alone, and in
+    free space."""
+    own = receivers.own
+    return np.where(((own >= 0) & facets.is_ball[own])[:, None], 0.0, receivers.faces)
+
+
 def _in_contact(facets, nearest, reached, ray, receivers):
     """(k,) Which receivers on flat shapes meet what lies against these, or on meshes flat shapes: facets (n,), at
     distances reached (n,) m along unit directions ray (n, 3)."""
-    some = np.flatnonzero((nearest >= 0) & (nearest < facets.count))
-    height = reached[some] * np.abs(np.einsum("ni,ni->n", receivers.faces[some], ray[some]))
+    some, faces = np.flatnonzero((nearest >= 0) & (nearest < facets.count)), flat_faces(facets, receivers)
+    height = reached[some] * np.abs(np.einsum("ni,ni->n", faces[some], ray[some]))
     some = some[height < AGAINST * facets.tolerance]
     some = some[(receivers.start[some] < 0) | (facets.own[facets.shape[nearest[some]]] >= 0)]
-    along_ = np.einsum("ni,ni->n", receivers.faces[some], facets.normal[nearest[some]])
+    along_ = np.einsum("ni,ni->n", faces[some], facets.normal[nearest[some]])
     return some[1 - along_**2 < PARALLEL**2]
 
 

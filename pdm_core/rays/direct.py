@@ -11,7 +11,8 @@ import numpy as np
 from ..at_once import CACHED, slices
 from ..closed_forms import dot, kernel, ways
 from ..tolerances import FAINT, TINY
-from .bundles import NOTHING, along
+from .bundles import NOTHING, along, flat_faces
+from .feet import under_bodies
 from .grid import batches
 from .perspective import seen_from
 from .tally import Tally, unseen
@@ -44,6 +45,7 @@ class Shares:
     def __init__(self, facets, sources, counts):
         self.facets, self.sources, self.counts = facets, sources, counts
         self.seen = np.zeros((2, len(sources)))
+        self.under = under_bodies(facets)
 
     def at(self, receivers, tolerance, relative, points, sets=(0,)):
         """Generator with a sign of life a bundle; returns factor (n, k, 3), error (n,) of the light, and lost (n,),
@@ -51,16 +53,16 @@ class Shares:
 
         tolerance: of irradiance / pi, of all or of each (n,), for all sources together, or relative, of the light there
         unhidden, where that is more; points: of a source, at first and at most; sets (j,): of these, which
-        the j places of a node see, and those of the next node others: of several what is seen is usual from then on, but
-        not where colours are read, lest one place hang on the others."""
-        n = len(receivers)
+        the j places of a node see, and those of the next node others: of several what is seen is usual from then on,
+        but not where colours are read, lest one place hang on the others."""
+        n, under = len(receivers), self.under(receivers)
         many, learns = len({id(source.whole) for source in self.sources}) > MANY, len(sets) > 1
         sets = np.zeros(1, int) if many else np.array(sets)  # of many some are too bright and some too dark
         tolerance = np.broadcast_to(tolerance, n)
         factor = np.zeros((n, len(self.sources), 3), np.float32)
         error2, total, lost = np.zeros((3, n))
         for k, source in enumerate(self.sources):
-            factor[:, k] = (yield from self._unoccluded(source, receivers))[:, None]
+            factor[:, k] = (yield from self._unoccluded(source, receivers, under))[:, None]
             total += factor[:, k, 0] * source.colour.max()
         for k, source in enumerate(self.sources):
             if not source.shadows:
@@ -105,9 +107,9 @@ class Shares:
         """Generator with a sign of life a bundle; returns factor (n, k, 3) as `at` does, each receiver's share told by
         a few of many points of a source, others for each, of MANY of more sources, the likelier the more they give:
         right in the mean of several, not of each."""
-        whole = np.zeros((len(receivers), len(self.sources)), np.float32)
+        whole, under = np.zeros((len(receivers), len(self.sources)), np.float32), self.under(receivers)
         for k, source in enumerate(self.sources):
-            whole[:, k] = yield from self._unoccluded(source, receivers)
+            whole[:, k] = yield from self._unoccluded(source, receivers, under)
         whole *= _taken(whole * [source.colour.sum() for source in self.sources])
         factor = np.repeat(whole[:, :, None], 3, axis=2)
         for k, source in enumerate(self.sources):
@@ -153,7 +155,7 @@ class Shares:
             yield
         return np.where(some_shine[:, None], got.reshape(n, few, -1).sum(axis=1) / few, 1.0)
 
-    def _unoccluded(self, source, receivers):
+    def _unoccluded(self, source, receivers, under):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))
         for part in slices(len(out), CACHED // 2):
             out[part] = source.unoccluded(points[part], receivers.normals[part])
@@ -161,7 +163,8 @@ class Shares:
         own = receivers.own
         # what a shining ball's inner side gives itself is met by rays
         out[(own >= 0) & (own == source.skip) & ~(receivers.inside & source.is_spot)] = 0.0
-        out[source.against(points, receivers.normals)] = 0.0
+        out[source.against(points, flat_faces(self.facets, receivers))] = 0.0
+        out[under] = 0.0
         if source.receivers is not None:
             out[~np.append(source.receivers, True)[receivers.surface]] = 0.0  # the last in free space
         return out

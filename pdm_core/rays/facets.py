@@ -32,8 +32,8 @@ class Facets:
     (m, 2, 3): chart position = chart @ (1, s, t); of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2):
     that of the front and of the back, or -1; planes, plane_of (n shapes,): the rectangles among them, and which of
     those each is, or -1; own, flat: see there; ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n
-    shapes,): each shape's first facet; moved (n shapes,) m: how far along its normal each is, that layers in one plane
-    be parted.
+    shapes,): each shape's first facet; is_ball (n shapes,) bool; moved (n shapes,) m: how far along its normal each is,
+    that layers in one plane be parted.
     """
 
     def __init__(self, scene):
@@ -43,7 +43,8 @@ class Facets:
         parts = [shape.facets for shape in shapes]
         origin, u, v, self.triangle, self.chart = (np.concatenate(part) for part in zip(*parts))
         count = np.array([len(part[0]) for part in parts])
-        balls = np.flatnonzero(count == 0)
+        self.is_ball = count == 0
+        balls = np.flatnonzero(self.is_ball)
         self.flat = np.flatnonzero([shape.is_flat for shape in shapes])  # shapes in a plane
         rectangles = [k for k, shape in enumerate(shapes) if shape.is_rectangle]
         self.planes, self.plane_of = Planes([shapes[k] for k in rectangles]), np.full(len(shapes), -1)

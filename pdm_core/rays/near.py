@@ -13,6 +13,7 @@ from ..at_once import in_turn, slices
 from ..shapes.sphere import Sphere
 from ..signs_of_life import in_thread
 from .direct import GOLDEN
+from .grid import batches
 from .nodes import PLACES, place_of
 from .placed import at_hits
 from .rows import bundle, directions, light_of
@@ -190,16 +191,17 @@ class NearHits:
         """Rays (r,), see _going_on, from Receivers `there`, along one of ways (m, 3) each: what they tell of the light
         of others and the sky (n receivers, 3), and their near Hits; yields."""
         state, found = self.state, []
-        way = (number * turn % 1 * len(ways)).astype(int)
         light, cosine, sent = np.zeros((len(who), 3)), np.zeros(len(who)), state.sent.astype(np.float32)
-        for k in np.unique(way):
-            some = np.flatnonzero(way == k)
-            from_, one = there.take(start[some]), ways[k : k + 1]
-            rays = bundle(state.facets, state.nodes, from_, one)
+        order = np.argsort(number * turn % 1, kind="stable")
+        each = -(-len(order) // len(ways))  # along each way, the last one again for what lacks
+        order = np.append(order, np.repeat(order[-1:], each * len(ways) - len(order)))
+        for k in batches(len(ways), each, state.facets):
+            some = order[k[0] * each : (k[-1] + 1) * each]
+            rays = bundle(state.facets, state.nodes, there, ways[k], start[some])
             yield
-            light[some], cosine[some] = light_of(rays, sent, state.scene, one), np.abs(rays.cosine)
-            near = self._near(rays, from_, np.arange(len(rays.ray)))
-            near.number = some[near.who]
+            light[some], cosine[some] = light_of(rays, sent, state.scene, ways[k]), np.abs(rays.cosine)
+            near = self._near(rays, there, np.flatnonzero(k[0] * each + rays.ray < len(who)))
+            near.number = some[near.number]
             found.append(near)
         state.counts["rays"] += len(who)
         # as directions are spread evenly each counts by its cosine, all of a receiver's together as much as before

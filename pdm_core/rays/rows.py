@@ -77,11 +77,11 @@ class Bundle:
     missed: np.ndarray
 
 
-def bundle(facets, nodes, receivers, directions):
-    """The Bundle of receivers along directions (k, 3)."""
-    n, k = len(receivers), len(directions)
-    who = np.tile(np.arange(n), k)
-    hits = along(facets, directions, receivers if k == 1 else receivers.take(who))
+def bundle(facets, nodes, receivers, directions, who=None):
+    """The Bundle of receivers along directions (k, 3): of all along each, or who (k n,), so many in turn."""
+    if who is None:
+        who = np.tile(np.arange(len(receivers)), len(directions))
+    hits = along(facets, directions, receivers.take(who))
     ray = np.flatnonzero((hits.facet >= 0) & (len(nodes) > 0))  # nothing is sent where all is black
     facet, front, at = hits.facet[ray], hits.front[ray], hits.at[ray]
     node, basis = nodes.columns(facet, at, front)

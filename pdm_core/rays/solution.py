@@ -6,7 +6,7 @@ from itertools import count
 import numpy as np
 
 from ..at_once import AT_ONCE, slices
-from ..checked import SceneError, some_of
+from ..checked import LEAST, SceneError, some_of
 from ..deadline import ROUNDS, above_target, worked_on
 from ..plan import plan_by_rays
 from ..read_off import ReadOff, Unseen, oriented
@@ -82,8 +82,9 @@ class RaySolution(ReadOff):
     def seconds_to(self, target):
         """See ReadOff. What it takes goes by the error and, once more, by that of cells: rays become more at once as
         they are needed, cells smaller in many rounds."""
-        if not target > 0 or self.error <= target or not self.history:
-            return super().seconds_to(target)
+        usual = super().seconds_to(target)
+        if target < LEAST or self.error <= target or not self.history:
+            return usual
         cells = max(excess_of(self.error_parts, target)["sent"], 1.0)
         return self.history[-1][0] * float(self.error / target * cells) ** POWER
 

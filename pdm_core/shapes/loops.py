@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..checked import SceneError, array
+from ..checked import SceneError, array, within
 from ..ears import few_and_convex, triangulated
 from ..outlines import crossing, edges_of, enclosed, moments, nearest_on_edges, signed_area, without_repeats
 from ..tolerances import SINGLE, TOUCHING
@@ -106,12 +106,12 @@ class Loops:
     @cached_property
     def problem(self):
         """What is wrong with them, as a sentence, or None."""
-        if not all(np.isfinite(loop).all() for loop in self.given):
-            return "its coordinates are not finite; apply a valid transform"
-        size, reach = self.extent, np.abs(np.concatenate(self.given)).max()
+        if not all(map(within, self.given)):
+            return "its coordinates are not finite or beyond all bounds; apply a valid transform"
         nothing = "it has no area; give it corners that are not in one line or remove it"
-        if min(map(len, self.given)) < 3 or not size > 0:
+        if min(map(len, self.given)) < 3 or not self.extent > 0:
             return nothing
+        size, reach = self.extent, np.abs(np.concatenate(self.given)).max()
         p = (self.given[0] - self.given[0][0]) / size
         if not np.linalg.norm(np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0)) > FLATTEST:
             return nothing

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..checked import SceneError, array
+from ..checked import SceneError, array, as_array, within
 from ..closed_forms import cross, dot
 from ..ears import triangulated
 from ..names import names_of
@@ -24,8 +24,8 @@ class Faces:
 
     def _shading(self, smooth):
         """Whether faces (f,) are smooth, and normals of each corner (sum of corners, 3) where they are given."""
-        if np.asarray(smooth).dtype == bool:
-            smooth = np.asarray(smooth)
+        smooth = as_array(smooth, "Mesh smooth")
+        if smooth.dtype == bool:
             if smooth.shape in ((), (self.count,)):
                 return np.broadcast_to(smooth, self.count), None
         else:
@@ -101,9 +101,9 @@ class Faces:
     @property
     def problem(self):
         """What is wrong with them, as a sentence, or None."""
-        if not np.isfinite(self.vertices[self._corner]).all():
-            return "its coordinates are not finite; apply a valid transform"
-        if self._given_normals is not None and not np.isfinite(self._given_normals).all():
+        if not within(self.vertices[self._corner]):
+            return "its coordinates are not finite or beyond all bounds; apply a valid transform"
+        if self._given_normals is not None and not within(self._given_normals):
             return "its normals are not finite; clear them or give others"
         if not len(self.triangles):
             return "it has no area; give it faces or remove it"
@@ -120,7 +120,7 @@ def _corners_of(faces, count):
             corner = array([k for face in faces for k in face], "Mesh faces")
     except TypeError:
         raise SceneError(f"Mesh faces are {faces!r}; give (f, 3) or a list of corner lists") from None
-    if not len(sizes) or sizes.min() < 3:
+    if not len(sizes) or sizes.min() < 3 or corner.shape != (sizes.sum(),):
         raise SceneError("Mesh faces must be at least one, of at least 3 corners each")
     if not ((corner == np.floor(corner)) & (corner >= 0) & (corner < count)).all():
         raise SceneError(f"Mesh faces have corners that are no vertex; use indices from 0 to {count - 1}")

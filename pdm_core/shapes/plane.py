@@ -1,15 +1,16 @@
 """Parallelograms, and their halves: triangles."""
 
 from functools import cached_property
-from math import hypot, isfinite
+from math import hypot
 
 import numpy as np
 
-from ..checked import vector
+from ..checked import MOST, vector
 from ..closed_forms import cross
 from ..coincident import REACHES
 from ..contour import polygon_unoccluded
-from .shape import FLATTEST, INSET, Flat, square_lattice, tiles, unit
+from ..tolerances import SINGLE, TOUCHING
+from .shape import FLATTEST, INSET, ROUNDINGS, Flat, square_lattice, tiles, unit
 
 
 class Plane(Flat):
@@ -29,13 +30,16 @@ class Plane(Flat):
     @classmethod
     def through(cls, corners):
         """The parallelogram with corners (4, 3) m, counter-clockwise seen from its front."""
+        corners = vector(corners, (4, 3), "Plane corners")
         plane = cls(corners[0], corners[1] - corners[0], corners[3] - corners[0])
         plane.__dict__["corners"] = corners  # not the sums of rounded edges
         plane.__dict__["twist"] = corners[0] - corners[1] + corners[2] - corners[3]
         return plane
 
     def moved(self, origin, corners):
-        return Plane.through(corners - origin)
+        moved = Plane.through(corners - origin)
+        moved.__dict__["problem"] = None  # what is wrong with it has been said
+        return moved
 
     @cached_property
     def twist(self):
@@ -139,11 +143,13 @@ class Plane(Flat):
 
     @cached_property
     def problem(self):
-        if not all(map(isfinite, (*self.origin.tolist(), *self.u.tolist(), *self.v.tolist()))):
-            return "its coordinates are not finite; apply a valid transform"
+        if not all(abs(x) <= MOST for x in (*self.origin.tolist(), *self.u.tolist(), *self.v.tolist())):
+            return "its coordinates are not finite or beyond all bounds; apply a valid transform"
         longest = max(hypot(*self.u.tolist()), hypot(*self.v.tolist()))
         if not (longest > 0 and hypot(*cross(self.u / longest, self.v / longest).tolist()) > FLATTEST):
             return "it has no area; give it two edges of different directions or remove it"
+        if max(map(abs, self.twist.tolist())) > ROUNDINGS * SINGLE * np.abs(self.corners).max() + TOUCHING * longest:
+            return "its corners are no parallelogram's; give a Polygon or a Mesh"
         return None
 
 

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..checked import number, vector
+from ..checked import number, vector, within
 from ..coincident import REACHES
 from ..shape_table import ShapeTable
 from ..view import visible_factors
@@ -180,8 +180,8 @@ class Sphere(Shape):
 
     @property
     def problem(self):
-        if not np.isfinite(self.matrix).all():
-            return "its matrix is not finite; apply a valid transform"
+        if not within(self.matrix):
+            return "its matrix is not finite or beyond all bounds; apply a valid transform"
         if not self.semi_axes[2] > FLATTEST * self.semi_axes[0]:
             return "it is scaled flat; give it a volume or replace it by a plane"
         return None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from test_contacts import PLACES, Place
 
-from pdm_core import Mesh, Polygon, Scene, Surface
+from pdm_core import AreaLight, Mesh, Plane, PointLight, Polygon, Scene, Surface
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.placed import at_hits
 from pdm_core.rays.solution import ray_steps
@@ -172,3 +172,19 @@ def test_crates_of_sheets_on_each_other_are_furnaces_within(place):
     within = np.arange(1, 24, 2)
     middles = np.array([surfaces[k].shape.corners.mean(axis=(0, 1)) for k in within])
     assert np.abs(solution.incident(within, middles) - 1).max() < 2 * solution.error < 0.2
+
+
+@pytest.mark.parametrize("kind", ["tray", "box"])
+def test_a_floor_is_dark_under_a_body_that_is_open_or_shines_within(kind):
+    """What lay against a point hid no lamp from it: the floor under a tray was as bright as beside it, and that under a
+    shining box was lit by the box's inside."""
+    corners = np.array([(x, y, z) for z in (0, 0.5) for y in (-0.5, 0.5) for x in (-0.5, 0.5)])
+    faces = [(0, 2, 3, 1), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6), (4, 5, 7, 6)]
+    body = Mesh(corners, faces[:5] if kind == "tray" else faces, smooth=False)
+    lights = [PointLight((0, 0, 2), 100), AreaLight((0, 0, 2), (0, 1, 0), (1, 0, 0), 100)] if kind == "tray" else []
+    within = 0.0 if kind == "tray" else 1.0
+    sides = [Surface(body, 0.5), Surface(body, 0.5, within, "back")]
+    floor = Surface(Plane((-2, -2, 0), (4, 0, 0), (0, 4, 0)), 0.5)
+    solution = by_rays(Scene([floor, *sides], lights=lights), 0.1)
+    assert not solution.incident(0, [[0.1, 0.2, 0], [-0.3, 0.1, 0], [0.45, -0.45, 0]]).any()
+    assert (solution.incident(0, [[1.5, 1.5, 0]]) > 0).all() == (kind == "tray")

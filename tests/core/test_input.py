@@ -5,16 +5,48 @@ import itertools
 import numpy as np
 import pytest
 
-from pdm_core import Plane, Scene, SceneError, Sphere, Surface, form_factors, pdm_form_factor, plan, solve
+from pdm_core import (
+    AreaLight,
+    Mesh,
+    Plane,
+    PointLight,
+    Polygon,
+    Scene,
+    SceneError,
+    Sphere,
+    SpotLight,
+    SunLight,
+    Surface,
+    form_factors,
+    pdm_form_factor,
+    plan,
+    solve,
+    solve_steps,
+)
 
 NONSENSE = [
     None, "three", 1j, [1, 2], [[1, 2, 3]], [1, [2, 3]], np.nan, np.inf, -np.inf, -1.0, True, {}, object(), b"1", (),
-    [None] * 3, ["1"] * 3, [1j] * 3, [np.nan] * 3, [np.inf] * 3, [-1.0] * 3, np.zeros((2, 2)), np.array(["a"]),
+    [None] * 3, [1e200] * 3, [[1e308] * 3] * 3, 1e308, 5e-324, ["1"] * 3, [1j] * 3, [np.nan] * 3, [np.inf] * 3,
+    [-1.0] * 3, np.zeros((2, 2)), np.array(["a"]),
 ]  # fmt: skip
 FLOOR = Plane((0, 0, 0), (1, 0, 0), (0, 1, 0))
 ROOF = Surface(Plane((0, 0, 1), (0, 1, 0), (1, 0, 0)), 0.5, 1.0)
 SCENE = Scene([Surface(FLOOR, 0.5, name="floor"), ROOF])
 SOLUTION = solve(SCENE, 0.05)
+SHEET = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+BY_RAYS = solve(Scene([Surface(SHEET, 0.5), ROOF], lights=[PointLight((0, 0, 0.5), 1)]), 0.1)
+PLACES = np.array([[0.2, 0.3, 0.0], [0.4, 0.1, 0.0]])
+LIGHTS = {
+    PointLight: {"position": (0, 0, 2), "power": 1, "radius": 0.1, "faces": False, "shadows": True},
+    SpotLight: {"position": (0, 0, 2), "direction": (0, 0, -1), "power": 1, "angle": 1.0, "blend": 0.5, "axes": None},
+    SunLight: {"direction": (0, 0, -1), "irradiance": 1, "angle": 0.1, "shadows": True},
+    AreaLight: {"centre": (0, 0, 2), "u": (0, 1, 0), "v": (1, 0, 0), "power": 1, "ellipse": False, "spread": 1.0},
+}
+
+
+def lit_by(kind, given):
+    return solve(Scene([Surface(FLOOR, 0.5)], lights=[kind(**given)]), 0.2).incident(0, PLACES)
+
 
 CALLS = {
     "corner": lambda x: Surface(Plane(x, (1, 0, 0), (0, 1, 0))),
@@ -48,6 +80,33 @@ CALLS = {
     "irradiance at": lambda x: SOLUTION.irradiance(x, (0, 0, 1)),
     "normals": lambda x: SOLUTION.irradiance((0, 0, 0.5), x),
     "relight": SOLUTION.relight,
+    "corners": lambda x: Surface(Plane.through(x)),
+    "outline": lambda x: Surface(Polygon(x)),
+    "hole": lambda x: Surface(Polygon(FLOOR.corners, [x])),
+    "vertices": lambda x: Surface(Mesh(x, [(0, 1, 2)])),
+    "faces": lambda x: Surface(Mesh(SHEET.vertices, x)),
+    "face": lambda x: Surface(Mesh(SHEET.vertices, [x])),
+    "smooth": lambda x: Surface(Mesh(SHEET.vertices, [(0, 1, 2)], x)),
+    "enough": lambda x: callable(x) or list(solve_steps(SCENE, 0.2, None, x)),
+    **{
+        f"{what} of {'links' if of is SOLUTION else 'rays'}": call
+        for of in (SOLUTION, BY_RAYS)
+        for what, call in {
+            "incident at": lambda x, of=of: of.incident(0, x),
+            "shading normals": lambda x, of=of: of.incident(0, PLACES, x),
+            "inward": lambda x, of=of: of.incident(0, PLACES, None, x),
+            "kept of": lambda x, of=of: of.kept(x, PLACES),
+            "kept at": lambda x, of=of: of.kept(np.zeros(2, int), x),
+            "estimated error": lambda x, of=of: of.estimated_error(x, PLACES),
+            "seconds": lambda x, of=of: of.seconds_to(x),
+            "error over": lambda x, of=of: of.error_over(x) if isinstance(x, list | np.ndarray) else None,
+        }.items()
+    },
+    **{
+        f"{what} of {kind.__name__}": lambda x, kind=kind, what=what: lit_by(kind, LIGHTS[kind] | {what: x})
+        for kind in LIGHTS
+        for what in LIGHTS[kind]
+    },
 }
 
 
@@ -167,3 +226,9 @@ def test_functions_that_do_not_tell_a_colour_a_place_are_refused(wrong):
             solve(Scene([Surface(floor, name="floor", **given)], 1), 0.05)
     with pytest.raises(SceneError, match="background"):
         Scene([Surface(floor, 0.5)], lambda directions: wrong)
+
+
+@pytest.mark.parametrize("angle", [1e-9, 1e-100, 1e-160, 1e-300])
+def test_the_narrowest_sun_shines_as_one_without_a_size_does(angle):
+    narrow, point = (lit_by(SunLight, LIGHTS[SunLight] | {"angle": a}) for a in (angle, 0))
+    np.testing.assert_allclose(narrow, point)

@@ -50,6 +50,19 @@ def test_a_dome_is_no_lamp_for_what_is_closed_within_it():
     assert worst(scene, by_rays(scene), inner) < 0.02
 
 
+@pytest.mark.parametrize("thick", [1e-5, 1e-4, 1e-2])
+def test_a_flat_pebble_on_a_floor_touches_it_in_one_point(thick):
+    """What of it was so near as layers are to each other was dark, and the floor below it: all of the thinnest."""
+    pebble = Sphere([[1, 0, 0, 0], [0, 0.7, 0, 0], [0, 0, thick, thick], [0, 0, 0, 1]])
+    scene = furnace([pebble, UPRIGHT.plane((-3, -3, 0), [6, 0, 0], [0, 6, 0])], 0.7, 2**-24)
+    solution = by_rays(scene)
+    places = 0.6 * np.array([[0.0, 1.0, 0], [0.5, -0.3, 0], [-0.2, 0.1, 0]])
+    for k in (0, 2):
+        # of the pebble its lower half: below where its middle is
+        at = places if k else pebble.world(np.column_stack([places[:, :2], -np.sqrt(1 - (places**2).sum(axis=1))]))
+        assert np.abs(solution.radiance(k, at) - 1).max() < 0.02
+
+
 @pytest.mark.parametrize("place, rounding", [(UPRIGHT, 2**-53), (TURNED, 2**-24)], ids=["upright", "turned"])
 def test_a_shining_carpet_against_a_closed_room_leaves_it_as_it_was(place, rounding):
     """It lies a layer off the floor, its points did not: a fifth more light in the room."""
