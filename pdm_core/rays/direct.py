@@ -31,6 +31,7 @@ FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 TURNS = 3  # sets of points that these receivers see in turn
 ALL = 32  # points of a source that nodes see, each a few of them, about as many in all
+ASIDE = 3  # points further on in each next run of as many as there are sets
 POWER = 0.75  # of n points: the error of a share that they tell, where part is seen, is about 1 / (2 n)^POWER
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points, the same ones at all places
 BETWEEN = 0.3  # of a source's light, and of what may be off, that its points do not stand for: more are needed, up to
@@ -180,7 +181,7 @@ class Shares:
         turns = min(turns, len(place))
         tint, weight = source.tint(place), turns * weight
         tally = Tally(source, receivers.points + self.facets.centre, len(place) // turns, turns)
-        each = [(np.arange(k, len(place), turns), np.flatnonzero(turn % turns == k)) for k in range(turns)]
+        each = [(_set(len(place), turns, k), np.flatnonzero(turn % turns == k)) for k in range(turns)]
         for some, mine in chain(*(_blocks(*own, self.facets) for own in each)):
             part = receivers.take(mine)
             value = self._values(source, place[some], None if normal is None else normal[some], part)
@@ -190,7 +191,7 @@ class Shares:
             self.counts["shadow rays"] += len(who)
             tally.add(place, some, mine, value, (point, who, visible), tint)
             yield
-        return tally.shares(whole, source.partly, node if len(sets) > 1 else None)
+        return tally.shares(whole, source.partly)
 
     def _values(self, source, place, normal, receivers):
         """(k, n) What receivers get of places (k, 3) of a source, with normals (k, 3) or none, were all of it there."""
@@ -229,6 +230,13 @@ def _turns(sets, node, place, count):
     own = sets.max() + 1
     nodes = max(ALL // (count * own), 2) if own > 1 else 1  # in turn
     return nodes * own, sets[place] + own * (node % nodes)
+
+
+def _set(count, turns, which):
+    """Which of `count` points (k,) are in one of so many sets: one of each run, not always the same, as every eighth of
+    those that fill a square or a ball evenly are in rows."""
+    run = np.arange(count // turns)
+    return run * turns + (which + ASIDE * run) % turns
 
 
 def _blocks(points, receivers, facets):

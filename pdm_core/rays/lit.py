@@ -38,7 +38,7 @@ class LitNodes:
         self.beamed = np.zeros(len(sources), bool)  # whether its light goes on by way of spots, sources too
         self.spots = [s for s in sources if s.is_spot]
         self.beamed[[s.beam_of for s in self.spots]] = True
-        # each is off by itself, in all places alike: three draws of the signs, as there are three halves of places
+        # each is off by itself, in all places alike: as many draws of the signs as of what halves of the places tell
         signs = np.random.default_rng(len(sources)).choice([-1, 1], (len(sources), len(NEXT) * len(HALVES)))
         self.doubt = signs * np.reshape([s.unsure for s in sources], (-1, 1))
 

@@ -26,11 +26,11 @@ class Quadrics:
             square[0] -= 1
         reach = [times * b[i] * b[j] - own * two for (i, j, times), two in zip(TERMS, square)]
         self.own, self.b, self.reach = own.ravel(), *(np.stack(a).reshape(len(a), -1) for a in (b, reach))
+        self.square = np.stack([np.broadcast_to(a, own.shape) for a in square]).reshape(6, -1) if moves else None
 
     def ends(self, k, x, y):
         """(2, p) the roots t, the lesser first, of balls k (p,) at x, y (p,); nan where the line misses the ball."""
-        q = self.reach.take(k, axis=1)
-        reach = q[0] + x * (q[1] + x * q[3]) + y * (q[2] + x * q[4] + y * q[5])
+        reach = _quadratic(self.reach, k, x, y)
         out = np.full((2, len(k)), np.nan)
         some = np.flatnonzero(reach > 0)
         k, x, y, root = k[some], x[some], y[some], np.sqrt(reach[some])
@@ -42,7 +42,13 @@ class Quadrics:
             return out
         # t^2 a + 2 t b + own = 0 by the root that does not cancel
         s = -(b + np.where(b >= 0, root, -root))
-        a = (b * b - root * root) / np.where(own == 0, 1e-300, own)
+        a = _quadratic(self.square, k, x, y)  # not from the others, which tell nothing where the start is on the ball
         one, two = s / np.where(a == 0, 1e-300, a), own / np.where(s == 0, 1e-300, s)
         out[:, some] = np.minimum(one, two), np.maximum(one, two)
         return out
+
+
+def _quadratic(terms, k, x, y):
+    """(p,) Functions of terms (6, n), in the order of TERMS, k (p,) of them, at x, y (p,)."""
+    q = terms.take(k, axis=1)
+    return q[0] + x * (q[1] + x * q[3]) + y * (q[2] + x * q[4] + y * q[5])

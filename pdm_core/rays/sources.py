@@ -77,7 +77,8 @@ class Emitter(Source):
     def _colour(self, scene):
         if self.shape is self.surface.shape or not self.is_tinted:
             return scene.emission[self.index]
-        return self.surface.emission_at(self.shape.samples(OF_PARTS)).mean(axis=0)
+        points = self.shape.samples(OF_PARTS)
+        return np.average(self.surface.emission_at(points), axis=0, weights=self.shape.area_shares(points))
 
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi where the radiance is 1 and nothing hides it."""
@@ -104,7 +105,7 @@ class Emitter(Source):
         if self.flush:
             off[self.flush.hides(points, normals)] = -KEPT * self.tolerance  # behind its own face
         places = points + off[:, None] * normals + self.offset
-        return places, normals, np.full(len(points), self.shape.area / len(points))
+        return places, normals, self.shape.area_shares(points)
 
     @property
     def is_tinted(self):

@@ -32,18 +32,16 @@ class Tally:
             self.half[h, mine] += got[half].sum(axis=0)
             self.total_half[h, mine] += value[half].sum(axis=0)
 
-    def shares(self, whole, partly, node=None):
+    def shares(self, whole, partly):
         """Of factors (n,) of the source unhidden, a part of which the part `partly` of all receivers sees: shares seen
         (n, 3), how far they may be off (n,), the part of the light that no point stands for (n,); for which all points
-        agree (n,), and how many these count for (n,). node (n,): whose place each is, of which only the mean counts."""
+        agree (n,), and how many these count for (n,)."""
         total, near = self.total_half.sum(axis=0), self.near
         some = total > 0
         beside = near.light(total / (np.pi * whole))
         nothing = ~some & (beside <= 0)
         far = np.where(some, self.half.sum(axis=0) / np.where(some, total, 1.0), near.share)
         share = np.divide(self.seen, self.given, out=np.repeat(far[:, None], 3, axis=1), where=self.given > 0)
-        if node is not None:
-            share *= self._mended(share.mean(axis=1), whole, node)[:, None]
         share += beside[:, None] * (near.share[:, None] - share)
         share[nothing] = 1.0  # but no more is known than that some of it is ahead
         plain = np.where(nothing, 0.0, far + beside * (near.share - far))
@@ -56,18 +54,6 @@ class Tally:
         # where some of what is near is hidden, nobody knows how much of what lies between its points
         between = np.where(nothing, 1.0, np.where(near.share < 1, beside, 0.0))
         return share, off, between, agree, number
-
-    def _mended(self, share, whole, node):
-        """(n,) By how much the shares (n,) of places of nodes (n,) are to be larger, lest their mean be off to one side:
-        a few points' share of what they give is most often that of those far away, which give little, if others that
-        give much are seldom among them. It is what they give, of which the whole is known, that tells how much (the
-        unbiased ratio estimator; Hartley and Ross 1954)."""
-        given, seen = np.stack([self.total_half.sum(axis=0), self.half.sum(axis=0)]) / (np.pi * whole)
-        told = given > 0
-        count = np.maximum(np.bincount(node), 1)
-        mean = np.bincount(node, share * told) / np.maximum(np.bincount(node, told), 1)
-        more = (np.bincount(node, seen) - mean * np.bincount(node, given)) / np.maximum(count - 1, 1)
-        return np.maximum(np.divide(mean + more, mean, out=np.ones(len(mean)), where=mean > 0), 0.0)[node]
 
     def _of_far(self, far, total):
         """For how many points (n,) those elsewhere count, and how far their shares far (n,) may be off."""

@@ -186,8 +186,12 @@ class Shape:
         return self.normals(points)
 
     def samples(self, count):
-        """Points (k, 3) m that stand for equal parts of the area each, about `count` of them seen from anywhere."""
+        """Points (k, 3) m that stand for all of the area, about `count` of them seen from anywhere."""
         return self.spread(count)
+
+    def area_shares(self, points):
+        """m^2 that each of its samples, points (k, 3) m, stands for."""
+        return np.full(len(points), self.area / len(points))
 
     def against(self, points, normals, sign, near):
         """(n,) Whether points, whose normals (n, 3) look away from space, lie against the side of the sign, at most

@@ -106,6 +106,10 @@ class Sphere(Shape):
     def samples(self, count):
         return self.spread(2 * count)  # half of them look away from any point
 
+    def area_shares(self, points):
+        stretched = np.linalg.norm(self.local(points) @ self.inverse, axis=1)  # of the round ball's area
+        return self.area * stretched / stretched.sum()
+
     def unhidden(self, points, normals, sign, tolerance):
         """Of its front alone; tolerance m: of its coordinates."""
         return visible_factors(ShapeTable([self], tolerance), points, normals, np.zeros(len(points), int))
