@@ -1,16 +1,21 @@
 """Lamps partly within white balls: what is seen of them from within few points tell, and the ball amplifies it."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from pdm_core import Scene, Sphere, Surface
+from pdm_core import Plane, Scene, Sphere, Surface
 from pdm_core.rays.direct import _set
 from pdm_core.rays.placed import Placed
 from pdm_core.rays.quadrics import Quadrics
-from pdm_core.rays.solution import ray_steps
 from pdm_core.read_off import spread_points
 from pdm_core.shapes.shape import lattice, square_lattice
 from pdm_core.signs_of_life import finish
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stability"))
+from variants import solve_by_links, solve_by_rays  # noqa: E402
 
 
 def ellipsoid(rng):
@@ -43,7 +48,7 @@ def off(solution):
 @pytest.mark.parametrize(("seed", "target"), [(30, 0.05), (33, 0.05), (101, 0.01)])
 def test_what_is_stated_holds_what_is_measured(seed, target):
     scene = furnace(np.random.default_rng(seed))
-    solution = finish(ray_steps(scene, target, None, "asked for"))
+    solution = solve_by_rays(scene, target, None)
     assert off(solution) <= solution.error
 
 
@@ -51,7 +56,7 @@ def test_what_is_stated_holds_what_is_measured(seed, target):
 def test_as_much_is_seen_by_many_points_as_by_few(points):
     """Where points outnumber places, lines begin at the places, which lie on the ball that hides some."""
     scene = furnace(np.random.default_rng(112))
-    state = finish(ray_steps(scene, 0.05, None, "asked for"))._state
+    state = solve_by_rays(scene, 0.05, None)._state
     x = lattice(300)
     x = x[(scene.surfaces[2].shape.local(x) ** 2).sum(axis=1) > 1.1]
     places = Placed(state.facets, np.ones(len(x), int), x)  # inside
@@ -103,3 +108,18 @@ def test_sets_of_a_lamps_points_are_spread_evenly(turns):
         for d, area in ((ball[:, None] - ball, 4 * np.pi), (apart, 1.0)):
             length = np.linalg.norm(d, axis=2) + 9 * np.eye(count)
             assert length.min(axis=1).mean() > 0.45 * np.sqrt(area / count)
+
+
+def test_the_shadow_beside_a_long_ellipsoid_that_shines():
+    """By rays as by links, which know its light exactly: points at its ends stand for little of its area."""
+    matrix = np.diag([0.1, 0.8, 0.1, 1.0])
+    matrix[:3, 3] = (0, 0, 2)
+    screen = Plane((-0.5, -0.5, 1), (1, 0, 0), (0, 1, 0))
+    surfaces = [Surface(Plane((-2, -2, 0), (4, 0, 0), (0, 4, 0)), 0.5), Surface(Sphere(matrix), 0, 10)]
+    scene = Scene(surfaces + [Surface(screen, 0.5, side=side) for side in ("front", "back")])
+    y = np.linspace(-1.9, 1.9, 39)
+    line = np.stack([0 * y + 0.3, y, 0 * y], axis=1)
+    exact, found = (
+        solve_by(scene, t, None).incident(0, line) for solve_by, t in ((solve_by_links, 0.01), (solve_by_rays, 0.01))
+    )
+    assert np.linalg.norm(found - exact) < 0.01 * np.linalg.norm(exact)
