@@ -7,6 +7,7 @@ from .foretell import seconds_to
 from .scene import Scene
 from .shapes.shape import unit
 from .signs_of_life import finish
+from .tolerances import FAINT
 
 LEAST, AMONG = 64, 4  # points spread over a surface, and for each one taken, among which chance chooses
 
@@ -108,11 +109,14 @@ def drawn(share, count, rng):
 
 
 def spread_points(scene, surface, rng):
-    """Random points (n, 3) m, one on each of surfaces (n,), of those that their shapes spread evenly."""
+    """Random points (n, 3) m, one on each of surfaces (n,), as likely as the area that it stands for."""
     points = np.empty((len(surface), 3))
     for k, mine in runs_of(surface):
-        spread = scene.surfaces[k].shape.spread(max(LEAST, AMONG * len(mine)))
-        points[mine] = spread[rng.choice(len(spread), len(mine), replace=False)]
+        shape = scene.surfaces[k].shape
+        spread = shape.spread(max(LEAST, AMONG * len(mine)))
+        share = shape.area_shares(spread) / shape.area
+        likely = None if np.ptp(share) <= FAINT * share.max() else share / share.sum()
+        points[mine] = spread[rng.choice(len(spread), len(mine), replace=False, p=likely)]
     return points
 
 

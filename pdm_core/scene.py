@@ -135,7 +135,10 @@ class Surface:
 
 def _mean_over(shape, value, at):
     """(3,) of a constant, or the mean of a function over a shape: at points spread over its area."""
-    return at(shape.spread(MEAN_POINTS)).mean(axis=0) if callable(value) else value
+    if not callable(value):
+        return value
+    points = shape.spread(MEAN_POINTS)
+    return np.average(at(points), axis=0, weights=shape.area_shares(points))
 
 
 def _sky(sky, directions):

@@ -82,6 +82,10 @@ def test_what_samples_of_an_ellipsoid_stand_for():
     np.testing.assert_allclose(shares.sum(), shape.area, rtol=1e-12)
     exact = (area * np.abs(unit[..., 2])).sum() / area.sum()
     np.testing.assert_allclose((shares * np.abs(points[:, 2])).sum() / shares.sum(), exact, rtol=2e-3)
+    scene = Scene([Surface(shape, lambda x: np.abs(x[:, 2:]) * np.ones(3))])
+    np.testing.assert_allclose(scene.reflectance[0], exact, rtol=2e-3)
+    random = spread_points(scene, np.zeros(1000, int), np.random.default_rng(1))
+    np.testing.assert_allclose(np.abs(random[:, 2]).mean(), exact, rtol=0.03)
 
 
 def test_a_line_from_a_point_on_a_ball_leaves_it_at_its_other_end():
