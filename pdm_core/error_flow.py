@@ -7,7 +7,7 @@ transposed rows tell where it came from.
 import numpy as np
 
 from .error_estimates import about_nodes
-from .numerics import ROUGHLY, gmres
+from .numerics import ROUGHLY, gcr
 
 ONE_SIGNED = 0.3  # part of a cell's error that is of one sign, and goes on as light does
 
@@ -27,7 +27,7 @@ class Flow:
         source = ONE_SIGNED * self._spread(self.spread_out) + density(self.sent, sent_error)
         right = self.rows.times(np.concatenate([source, wrong], axis=1))
         scatter = lambda value: self.rows.times(self.rho * self._spread(value))  # noqa: E731
-        error = (yield from gmres(scatter, right, right, ROUGHLY))[0]
+        error = (yield from gcr(scatter, right, right, ROUGHLY))[0]
         return np.linalg.norm(self._spread(error), axis=1)
 
     def blame(self, weight, error):
@@ -35,7 +35,7 @@ class Flow:
         leaf makes of their weighted sum; yields."""
         weight = self._gathered(weight[:, None])
         scatter_back = lambda value: self._gathered(self.rho * self._back(value))  # noqa: E731
-        adjoint = (yield from gmres(scatter_back, weight, weight, ROUGHLY))[0]
+        adjoint = (yield from gcr(scatter_back, weight, weight, ROUGHLY))[0]
         sensitivity = ONE_SIGNED * self._gathered(self._back(adjoint))
         field, leaves = self.field, self.field.leaves
         each = sensitivity[:, 0] / np.maximum(areas_of_nodes(field), 1e-300)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from .checked import SceneError
-from .numerics import gmres
+from .numerics import gcr
 from .read_off import check_same_shapes, materials_at
 from .scene import Scene
 from .signs_of_life import finish
@@ -150,7 +150,7 @@ class KeptGroups(Kept):
 
         right = times(rho * outer + shining)
         guess = np.where(right.any(axis=0), self.indirect, 0.0)
-        self.indirect = finish(gmres(lambda v: times(rho * v), right, guess, SOLVED))[0]
+        self.indirect = finish(gcr(lambda v: times(rho * v), right, guess, SOLVED))[0]
         sent = rho * (outer + self.indirect) + shining
         return self.rows @ sent.astype(np.float32)
 

@@ -1,4 +1,4 @@
-"""Textbook numerics: Gauss rules, a matrix that grows by blocks of rows, and GMRES for several right sides."""
+"""Textbook numerics: Gauss rules, a matrix that grows by blocks of rows, and GCR for several right sides."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -106,7 +106,7 @@ def _single(value):
     return (value / scale).astype(np.float32), scale
 
 
-def gmres(apply, right, guess, tolerance):
+def gcr(apply, right, guess, tolerance):
     """Solve x - apply(x) = right for (n, c) at once, each column for itself, by least residuals, the guess among what
     they are sought in (GCR; Eisenstat, Elman and Schultz 1983).
 

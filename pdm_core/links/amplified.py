@@ -4,7 +4,7 @@ import numpy as np
 
 from ..error_estimates import source_defect
 from ..error_flow import norms
-from ..numerics import ROUGHLY, gmres
+from ..numerics import ROUGHLY, gcr
 from ..signs_of_life import finish
 from ..tolerances import SINGLE
 
@@ -30,7 +30,7 @@ class Amplified:
         right = np.concatenate([lit, lit + indirect, unsolved, t.from_nothing(received)], axis=1)
         scatter = light.scatter(np.tile(rho, 4))
         # what is left of it may be as much of one sign as all of it is
-        error = finish(gmres(scatter, right, np.zeros_like(right), ROUGHLY))[0] / (1 - ROUGHLY)
+        error = finish(gcr(scatter, right, np.zeros_like(right), ROUGHLY))[0] / (1 - ROUGHLY)
         self.direct, self.bends, self.unsolved, self.unclosed = (
             norms(t.sent, np.linalg.norm(rho * t.spread(error[:, k : k + 3]), axis=1)) for k in (0, 3, 6, 9)
         )

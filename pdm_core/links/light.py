@@ -12,7 +12,7 @@ from .. import each_surface
 from ..error_estimates import leaf_errors
 from ..error_flow import areas_of_nodes
 from ..field_values import predict, surpluses
-from ..numerics import Rows, gmres
+from ..numerics import Rows, gcr
 from ..plan import proportional_channels
 from ..signs_of_life import finish, in_thread
 from .gather import Detail
@@ -170,7 +170,7 @@ class SolvedLight:
     def _solved(self, which, tolerance):
         rho = self.reflectance[:, which]
         right = self.transport.rows.times(rho * self.lit[:, which] + self.shining[:, which])
-        return (yield from gmres(self.scatter(rho), right, self.indirect[:, which], tolerance))
+        return (yield from gcr(self.scatter(rho), right, self.indirect[:, which], tolerance))
 
     def scatter(self, rho):
         """rho (n sent nodes, c) -> function of indirect light (n nodes, c): what one more reflection makes of it."""

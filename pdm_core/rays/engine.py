@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..numerics import ROUGHLY, SOLVED, gmres
+from ..numerics import ROUGHLY, SOLVED, gcr
 from ..signs_of_life import finish, in_thread
 from .amplified import amplification
 from .covered import covered
@@ -104,7 +104,7 @@ class RayState:
         def scatter(value):
             return self.rows.times(rho * value)
 
-        indirect, steps = finish(gmres(scatter, right, guess, SOLVED * self.target))
+        indirect, steps = finish(gcr(scatter, right, guess, SOLVED * self.target))
         self.counts["iterations"] += steps
         self.amplified = amplification(self.rows.times, rho)
         residual = right - indirect + scatter(indirect)
@@ -122,7 +122,7 @@ class RayState:
         self.level = float(usual / np.sqrt(reflecting) / max(rho.max(initial=0.0), 1e-3))
         once = (weight[:, None] * rho * (outer + self.rows.times(self.shining))).sum()
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
-        left = rho * finish(gmres(scatter, residual, residual.copy(), ROUGHLY))[0] / (1 - ROUGHLY)
+        left = rho * finish(gcr(scatter, residual, residual.copy(), ROUGHLY))[0] / (1 - ROUGHLY)
         self.left = np.sqrt((weight * (left**2).sum(axis=1)).sum()) / max(self.norm, 1e-300)
         self.surplus = self.nodes.surplus(self.sent, self.lit.spread * rho.max(axis=1, initial=0.0))
         # how far what a node sends is off beside it, on meshes in the mean
