@@ -66,7 +66,7 @@ class LitNodes:
         self.spread[new] = np.linalg.norm(light.std(axis=1), axis=1)
         halves = light.mean(axis=2) @ HALVES.T
         turn = NEXT[:, np.arange(len(new)) % len(NEXT)].T[:, :, None]
-        self.lamps[new] = (turn * halves[:, None]).reshape(len(new), -1)
+        self.lamps[new] = (turn * halves[:, None]).reshape(len(new), self.lamps.shape[1])
         self.lamps[new] += (self.factor[new] * self.light).mean(axis=2) @ self.doubt
 
     def _spots(self, state, each, places, told):

@@ -122,6 +122,6 @@ def test_receivers_are_not_taken_for_others_where_as_many_rays_as_receivers_are_
     points, normals = np.array([[-1.0, 0, 1], [2, 0, 1]]), np.array([[0.0, 0, -1], [0, 0, 1]])
     about = Receivers(points - facets.centre, normals, np.full(2, -1), np.full(2, 1e-9), np.zeros(2, bool))
     shares = Shares(facets, [TwoPoints()], Counter())
-    share, *_ = finish(shares._share(shares.sources[0], about, 2, np.ones(2), 1, np.zeros(2, int)))
+    share, *_ = finish(shares._share(shares.sources[0], about, np.arange(2), 2, np.ones(2), np.zeros(1, int)))
     near, far = 1.0, 1 / 5**2  # cosines over square distance
     np.testing.assert_allclose(share[0], near / (near + far))
