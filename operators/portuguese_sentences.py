@@ -123,6 +123,8 @@ SENTENCES = {
     "give it faces or remove it": "dê-lhe faces ou remova-o",
     "give it two edges of different directions or remove it": "dê-lhe duas arestas de direções diferentes ou remova-o",
     "give it corners that are not in one line or remove it": "dê-lhe cantos que não estejam numa linha ou remova-o",
+    "its corners are no parallelogram's": "os seus cantos não são os de um paralelogramo",
+    "give a Polygon or a Mesh": "dê um Polygon ou uma Mesh",
     "its corners are up to {} m off their plane": "os seus cantos estão até {} m fora do plano",
     "flatten it or split it into triangles": "aplane-o ou divida-o em triângulos",
     "its edges cross each other, those from {} and {} on": "as suas arestas cruzam-se, as de {} e de {} em diante",
