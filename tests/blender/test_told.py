@@ -46,7 +46,7 @@ PARTS = {
 NOT_SHOWN = {
     "text fraction error said", "position normal radius id velocity rest_position material_index sharp_face sharp_edge "
     "crease_vert crease_edge bevel_weight_vert bevel_weight_edge custom_normal freestyle_edge freestyle_face",
-    "nodes switched on", "free pairs", "a number above 0 such as 0.01",
+    "nodes switched on", "free pairs",
     "Surface {} varies from place to place; solve again to see it changed", "surfaces that no light reaches",
     "colour channels that are multiples of others",
     "relight changes the colours of lights alone; where one is moved or resized, solve again",
