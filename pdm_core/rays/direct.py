@@ -30,7 +30,8 @@ GOLDEN = (5**0.5 - 1) / 2
 FACTOR = 4  # how many times more where part is seen
 AT_NODES = 4, 16  # at one of the places of a node, which stand for it together
 TURNS = 3  # sets of points that these receivers see in turn
-ALL = 32  # points of a source that nodes see, each a few of them, about as many in all
+ALL = 32  # points of a source that nodes see, each a few of them, about as many in all, where facets are no more than
+NOT_DEAR = 2048  # of them: else to look from a point costs more than all nodes that do
 ASIDE = 3  # points further on in each next run of as many as there are sets
 POWER = 0.75  # of n points: the error of a share that they tell, where part is seen, is about 1 / (2 n)^POWER
 MANY = 8  # sources, from which on the penumbra of each one is looked for by few points, the same ones at all places
@@ -46,6 +47,7 @@ class Shares:
     def __init__(self, facets, sources, counts):
         self.facets, self.sources, self.counts = facets, sources, counts
         self.seen = np.zeros((2, len(sources)))
+        self.in_turn = facets.count <= NOT_DEAR  # whether nodes next to each other see other points
         self.under = under_bodies(facets)
 
     def at(self, receivers, tolerance, relative, points, sets=(0,)):
@@ -175,7 +177,7 @@ class Shares:
         may be off (n,), the part of the light that no point stands for (n,); for which all points agree (n,), and how
         many these count for (n,)."""
         node, place = np.divmod(some, len(sets))
-        turns, turn = _turns(sets, node, place, count)
+        turns, turn = self._turns(sets, node, place, count)
         receivers = receivers.take(some)
         place, normal, weight = source.samples(count * turns)
         turns = min(turns, len(place))
@@ -192,6 +194,13 @@ class Shares:
             tally.add(place, some, mine, value, (point, who, visible), tint)
             yield
         return tally.shares(whole, source.partly)
+
+    def _turns(self, sets, node, place, count):
+        """How many sets of `count` points there are, and which of them places (n,) of nodes (n,) see: of their node's
+        own the one that sets (j,) tells."""
+        own = sets.max() + 1
+        nodes = max(ALL // (count * own), 2) if own > 1 and self.in_turn else 1
+        return nodes * own, sets[place] + own * (node % nodes)
 
     def _values(self, source, place, normal, receivers):
         """(k, n) What receivers get of places (k, 3) of a source, with normals (k, 3) or none, were all of it there."""
@@ -222,14 +231,6 @@ class Shares:
         points = receivers.points.take(who, axis=0) + facets.centre
         beyond = source.beyond((place.take(which, axis=0) - points).T.copy(), points)
         return seen_from(facets, place - facets.centre, receivers, which, who, source.skip, beyond)
-
-
-def _turns(sets, node, place, count):
-    """How many sets of `count` points there are, and which of them places (n,) of nodes (n,) see: of their node's own
-    the one that sets (j,) tells."""
-    own = sets.max() + 1
-    nodes = max(ALL // (count * own), 2) if own > 1 else 1  # in turn
-    return nodes * own, sets[place] + own * (node % nodes)
 
 
 def _set(count, turns, which):

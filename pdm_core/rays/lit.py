@@ -65,7 +65,7 @@ class LitNodes:
         light = np.einsum("nlkc,kc->nlc", each, self.light)
         self.spread[new] = np.linalg.norm(light.std(axis=1), axis=1)
         halves = light.mean(axis=2) @ HALVES.T
-        turn = NEXT[:, np.arange(len(new)) % len(NEXT)].T[:, :, None]
+        turn = NEXT[:, np.arange(len(new)) % len(NEXT) * self.shares.in_turn].T[:, :, None]
         self.lamps[new] = (turn * halves[:, None]).reshape(len(new), self.lamps.shape[1])
         self.lamps[new] += (self.factor[new] * self.light).mean(axis=2) @ self.doubt
 
