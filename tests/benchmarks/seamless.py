@@ -2,9 +2,9 @@
 
     python tests/benchmarks/seamless.py [FOLDER]
 
-Writes FOLDER/seamless_<room>.png: on the left what a camera sees at the finer target, each pixel read at the point that
-it shows; then a part of it, enlarged, at both TARGETS, with what the light of each surface differs there from what is
-linear across the picture CONTRAST times as large. What a pixel shows is found by the tests' own tracer.
+Writes FOLDER/seamless_<room>.png: on the left what a camera sees at the coarser target, each pixel read at the point
+that it shows; then a part of it, enlarged, at both TARGETS, with what the light of each surface differs there from what
+is linear across the picture CONTRAST times as large. What a pixel shows is found by the tests' own tracer.
 """
 
 import sys
@@ -22,7 +22,7 @@ from tracer import Tracer  # noqa: E402
 
 from pdm_core import solve  # noqa: E402
 
-WIDE, HIGH = 480, 360
+WIDE, HIGH = 320, 240
 TARGETS = 0.04, 0.01
 CONTRAST = 5.0
 # eye, what it looks at (m), width over distance, brightness, the part that is enlarged (left, top, width of the whole)
@@ -81,7 +81,7 @@ def main(folder="build/bench"):
             solution = solve(scene, target)
             solved = time.process_time()
             views.append(raised(*picture(solution, tracer, camera, part)))
-            if target == TARGETS[-1]:
+            if target == TARGETS[0]:
                 views.insert(0, picture(solution, tracer, camera, (0.0, 0.0, 1.0))[1])
             read = time.process_time() - solved
             print(f"{name}: stated {solution.error:.4f}, {solved - start:.1f} s, reading {read:.0f} s", flush=True)
