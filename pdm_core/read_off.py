@@ -114,7 +114,7 @@ def spread_points(scene, surface, rng):
     for k, mine in runs_of(surface):
         shape = scene.surfaces[k].shape
         spread = shape.spread(max(LEAST, AMONG * len(mine)))
-        share = shape.area_shares(spread) / shape.area
+        share = shape.area_shares(spread)
         likely = None if np.ptp(share) <= FAINT * share.max() else share / share.sum()
         points[mine] = spread[rng.choice(len(spread), len(mine), replace=False, p=likely)]
     return points

@@ -135,10 +135,7 @@ class Surface:
 
 def _mean_over(shape, value, at):
     """(3,) of a constant, or the mean of a function over a shape: at points spread over its area."""
-    if not callable(value):
-        return value
-    points = shape.spread(MEAN_POINTS)
-    return np.average(at(points), axis=0, weights=shape.area_shares(points))
+    return shape.mean_of(at, shape.spread(MEAN_POINTS)) if callable(value) else value
 
 
 def _sky(sky, directions):

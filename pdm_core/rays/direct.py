@@ -47,7 +47,8 @@ class Shares:
     def __init__(self, facets, sources, counts):
         self.facets, self.sources, self.counts = facets, sources, counts
         self.seen = np.zeros((2, len(sources)))
-        self.in_turn = facets.count <= NOT_DEAR  # whether nodes next to each other see other points
+        self.many = len({id(source.whole) for source in sources}) > MANY
+        self.in_turn = facets.count <= NOT_DEAR and not self.many  # whether nodes next to each other see other points
         self.under = under_bodies(facets)
 
     def at(self, receivers, tolerance, relative, points, sets=(0,)):
@@ -59,7 +60,7 @@ class Shares:
         the j places of a node see, and those of the next node others: of several what is seen is usual from then on,
         but not where colours are read, lest one place hang on the others."""
         n, under = len(receivers), self.under(receivers)
-        many, learns = len({id(source.whole) for source in self.sources}) > MANY, len(sets) > 1
+        many, learns = self.many, len(sets) > 1
         sets = np.zeros(1, int) if many else np.array(sets)  # of many some are too bright and some too dark
         tolerance = np.broadcast_to(tolerance, n)
         factor = np.zeros((n, len(self.sources), 3), np.float32)
@@ -199,7 +200,7 @@ class Shares:
         """How many sets of `count` points there are, and which of them places (n,) of nodes (n,) see: of their node's
         own the one that sets (j,) tells."""
         own = sets.max() + 1
-        nodes = max(ALL // (count * own), 2) if own > 1 and self.in_turn else 1
+        nodes = max(ALL // (count * own), 2) if len(sets) > 1 and self.in_turn else 1
         return nodes * own, sets[place] + own * (node % nodes)
 
     def _values(self, source, place, normal, receivers):

@@ -77,8 +77,7 @@ class Emitter(Source):
     def _colour(self, scene):
         if self.shape is self.surface.shape or not self.is_tinted:
             return scene.emission[self.index]
-        points = self.shape.samples(OF_PARTS)
-        return np.average(self.surface.emission_at(points), axis=0, weights=self.shape.area_shares(points))
+        return self.shape.mean_of(self.surface.emission_at, self.shape.samples(OF_PARTS))
 
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi where the radiance is 1 and nothing hides it."""

@@ -193,6 +193,10 @@ class Shape:
         """m^2 that each of its samples, points (k, 3) m, stands for."""
         return np.full(len(points), self.area / len(points))
 
+    def mean_of(self, at, points):
+        """(3,) The mean over its area of what a function tells of its samples, points (k, 3) m."""
+        return np.average(at(points), axis=0, weights=self.area_shares(points))
+
     def against(self, points, normals, sign, near):
         """(n,) Whether points, whose normals (n, 3) look away from space, lie against the side of the sign, at most
         `near` m from it, or are within: then that gives them nothing."""
