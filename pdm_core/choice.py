@@ -6,7 +6,7 @@ import numpy as np
 
 from .contacts import settle
 from .in_depth import balls_that_cross
-from .visibility import Shafts
+from .visibility import shafts_of
 
 MOST = 200  # surfaces that links take: they keep tables of all pairs of shapes, and of nodes; rays are ahead from 60 on
 # Fitted to measured runs of 1 to 300 boxes, balls and planes at targets of 4 and 1 %, on one thread, 4,000 places read.
@@ -26,14 +26,14 @@ class Choice:
     rays: float | None = None
 
 
-def choose(scene, target, shafts=None):
-    """The Choice for a Scene and a target error; shafts: the settled scene's Shafts if they are there already."""
+def choose(scene, target):
+    """The Choice for a Scene and a target error."""
     needs = scene.plurals + ["lights"] * bool(scene.lights) + ["a background that varies"] * (scene.sky is not None)
     needs += ["surfaces that vary"] * any(surface.varies for surface in scene.surfaces)
     needs += [f"more than {MOST} surfaces"] * (len(scene) > MOST)
     if needs:
         return Choice(True, f"because of {' and '.join(needs)}")
-    shafts = Shafts(settle(scene)[0]) if shafts is None else shafts
+    shafts = shafts_of(settle(scene)[0])
     facing = sum(int(shafts.may_see(a).sum()) for a in range(len(scene)))  # one row at a time bounds the memory
     crossed = len(balls_that_cross(shafts.table)[0])
     links = (FACING * facing + CROSSED * crossed) * (0.04 / target) ** FINER_LINKS

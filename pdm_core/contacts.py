@@ -161,10 +161,18 @@ def contacts_of(scene):
 
 
 def settle(scene):
-    """scene -> (Scene, origin (3,) m): near the origin, and with its layers parted; the same one if that is so already.
+    """scene -> (Scene, origin (3,) m): near the origin, and with its layers parted; found once.
 
     Points of the one are those of the other minus the origin; surfaces keep their order.
     """
+    if "_settled" not in scene.__dict__:
+        settled, origin = _settle(scene)
+        object.__setattr__(settled, "_settled", (settled, np.zeros(3)))
+        object.__setattr__(scene, "_settled", (settled, origin))
+    return scene._settled
+
+
+def _settle(scene):
     contacts, corners = _touching(scene)
     low, high = box_of(scene.shapes)
     middle = (low + high) / 2

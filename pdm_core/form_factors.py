@@ -28,7 +28,7 @@ from .published import parametric
 from .scene import Scene, in_pieces
 from .shapes.shape import bounds_of
 from .tolerances import ROUNDING, TINY
-from .visibility import Factors, Shafts
+from .visibility import Factors, shafts_of
 
 POINTS = 6  # Gauss points a direction in a cell
 ORDERS = (4, 6, 8, 10, 14, 20)  # Gauss points between two kinks, until two orders agree
@@ -70,7 +70,7 @@ def form_factors(scene, rtol=1e-4, rows=None):
     if scene.plurals:
         return _of_pieces(scene, rtol, wanted, start)
     scene = settle(scene)[0]
-    shafts, counts = Shafts(scene), Counter()
+    shafts, counts = shafts_of(scene), Counter()
     seen = Factors(scene, shafts, counts)
     n = len(scene)
     factors, error = np.zeros((n, n)), np.zeros((n, n))

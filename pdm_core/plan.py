@@ -9,7 +9,7 @@ from .choice import MOST, choose
 from .contacts import settle
 from .scene import Scene
 from .tolerances import TINY
-from .visibility import Shafts
+from .visibility import shafts_of
 
 MEMORY = 1.4e9  # bytes for the light between the nodes; all of a run stays below 2 GB
 RAY_MEMORY = 1.2e9  # bytes for the rays between the nodes
@@ -31,15 +31,18 @@ class Plan:
         return "\n".join(self.lines)
 
 
-def plan(scene, target_error=1e-2, shafts=None):
-    """scene, target of the radiance's relative error -> Plan; shafts: the scene's Shafts if they are there already"""
+def plan(scene, target_error=1e-2):
+    """scene, target of the radiance's relative error -> Plan"""
     of_kind(scene, Scene, "plan")
     target = target_of(target_error)
-    choice = choose(scene, target, shafts)
-    if shafts is None and choice.by_rays:
-        return plan_by_rays(scene, target, choice.why)
-    shafts = Shafts(settle(scene)[0]) if shafts is None else shafts
-    result = _begun(scene, target, f"indirect light by links between cells, {choice.why}")
+    choice = choose(scene, target)
+    return (plan_by_rays if choice.by_rays else plan_by_links)(scene, target, choice.why)
+
+
+def plan_by_links(scene, target, why):
+    """The Plan of a solution by links between cells, chosen for the reason why."""
+    scene = settle(scene)[0]
+    shafts, result = shafts_of(scene), _begun(scene, target, f"indirect light by links between cells, {why}")
     result.reached = reached = reached_by_light(scene, shafts)
     pairs, (apart, free) = len(scene) ** 2, _pairs(len(scene), shafts)
     say = result.lines.append
@@ -107,7 +110,7 @@ def lit(scene):
     if len(scene) > MOST or scene.plurals:
         return np.ones(len(scene), bool)
     scene = settle(scene)[0]
-    return reached_by_light(scene, Shafts(scene))
+    return reached_by_light(scene, shafts_of(scene))
 
 
 def reached_by_light(scene, shafts):

@@ -43,10 +43,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False)
     if time_limit is not None:
         time_limit = number(time_limit, "time_limit", "seconds above 0, or None for no limit", above=0)
     choice = choose(scene, target_error)
-    if choice.by_rays:
-        steps = ray_steps(scene, target_error, time_limit, choice.why, enough)
-    else:
-        steps = link_steps(scene, target_error, time_limit, enough)
+    steps = (ray_steps if choice.by_rays else link_steps)(scene, target_error, time_limit, choice.why, enough)
     solution = yield from mapped(steps, lambda now: Progress.of(target_error, *now))
     solution.anew = partial(solve, target_error=target_error, time_limit=time_limit)
     return solution

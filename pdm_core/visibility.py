@@ -17,6 +17,13 @@ from .view import padded, visible_factors
 NEAR = 1 / 12  # of the scene's size: points so near each other share their candidates
 
 
+def shafts_of(scene):
+    """The Shafts of a scene that was settled, found once."""
+    if "_shafts" not in scene.__dict__:
+        object.__setattr__(scene, "_shafts", Shafts(scene))
+    return scene._shafts
+
+
 class Shafts:
     """Candidate occluders of pairs of surfaces, conservative: a shape left out can hide nothing of the pair."""
 

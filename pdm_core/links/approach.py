@@ -9,6 +9,7 @@ from ..contacts import contacts_of
 from ..deadline import ROUNDS, above_target, worked_on
 from ..each_surface import OWN
 from ..numerics import SOLVED
+from ..plan import plan_by_links
 from .check import Check
 from .light import SolvedLight
 from .refinement import Refinement
@@ -26,9 +27,9 @@ SMALLER = "leave small objects out of the scene (hide them from renders) or join
 class Approach:
     """A solution by links on its way: `steps` refines until the target is met, `best` is what may be delivered."""
 
-    def __init__(self, scene, target_error):
+    def __init__(self, scene, target_error, why):
         self.scene, self.target, self.started = scene, target_error, time.perf_counter()
-        self.transport = Transport(scene, target_error)
+        self.transport = Transport(scene, plan_by_links(scene, target_error, why))
         self.light = SolvedLight(self.transport, self.transport.scene)
         self.check = Check(self.light)
         self.refinement = Refinement(self.check)
@@ -95,9 +96,9 @@ class Approach:
         return max(check.error, self.target), check.misses()
 
 
-def link_steps(scene, target_error, time_limit, enough=lambda: False):
+def link_steps(scene, target_error, time_limit, why, enough=lambda: False):
     """Generator of (error, seconds, best so far); returns the Solution with its warnings. Closing it cancels."""
-    approach, stopped = yield from worked_on(lambda: Approach(scene, target_error), time_limit, enough)
+    approach, stopped = yield from worked_on(lambda: Approach(scene, target_error, why), time_limit, enough)
     solution = approach.best
     if solution is None:
         raise SceneError(f"{FULL} and nothing was reached; {SMALLER}")

@@ -13,8 +13,8 @@ from ..biquadratic import STEPS
 from ..contacts import contacts_of, settle
 from ..field import Field
 from ..numerics import Rows
-from ..plan import MEMORY, plan
-from ..visibility import Factors, Shafts
+from ..plan import MEMORY
+from ..visibility import Factors, shafts_of
 from .gather import Gather
 
 HALVING_NODES = 10  # that halving a cell along one axis adds, with the neighbours that have to follow
@@ -30,12 +30,11 @@ class Transport:
     nodes of sent lie in the field. Points are those of the given scene less the origin (3,) m.
     """
 
-    def __init__(self, scene, target_error=1e-2):
+    def __init__(self, scene, plan):
         self.scene, self.origin = settle(scene)
-        self.counts = Counter()
-        self.factors = Factors(self.scene, Shafts(self.scene), self.counts)
-        self.plan = plan(self.scene, target_error, shafts=self.factors.shafts)
-        scene, self.reached = self.scene, self.plan.reached
+        self.counts, self.plan, self.reached = Counter(), plan, plan.reached
+        self.factors = Factors(self.scene, shafts_of(self.scene), self.counts)
+        scene = self.scene
         self.area = scene.areas[self.reached].sum() or scene.areas.sum()  # m^2, of what light may come to
         self.field = Field(scene)
         self.sent = Field(scene)  # finer: it carries direct light with its shadows

@@ -13,7 +13,7 @@ import numpy as np
 from output import machine, save
 
 from pdm_core import Plane, Scene, Surface, solve
-from pdm_core.links.transport import Transport
+from pdm_core.links.approach import Approach
 
 TARGET, COUNT, TURNS = 0.01, 96, 3
 
@@ -43,7 +43,7 @@ def row(turn, offset, size, away):
     scene, aligned = room(turn, offset, size), room(np.eye(3), np.zeros(3), 1.0)
     pairs = [(seconds(scene), seconds(aligned)) for _ in range(TURNS)]
     solution = pairs[-1][0][1]
-    transport = Transport(scene)
+    transport = Approach(scene, 0.01, "").transport
     f, everyone = transport.field, np.arange(len(scene))
     sums = transport.factors.matrix(f.points, f.normals, f.node_surface, everyone, True).sum(axis=1)
     uv = np.random.default_rng(1).random((50, 2))

@@ -155,7 +155,7 @@ def crossed_furnace(kind, rho):
 def test_crossing_shapes_reach_the_target(kind, rho):
     """One said 77 % and stopped."""
     scene = crossed_furnace(kind, rho)
-    solution = finish(link_steps(scene, 0.04, None))
+    solution = finish(link_steps(scene, 0.04, None, ""))
     assert solution.error <= 0.04 and not solution.warnings
     off = [solution.radiance(k, s.shape.spread(200)) - 1 for k, s in enumerate(scene.surfaces)]
     area = np.array([s.shape.area for s in scene.surfaces])
@@ -168,10 +168,10 @@ def test_light_from_nothing_is_said_with_advice_that_works(monkeypatch):
     first = sampled._met_first
     monkeypatch.setattr(sampled, "_met_first", lambda *args: 1.02 * first(*args))
     scene = crossed_furnace("two balls", 0.9)
-    warning = finish(link_steps(scene, 0.04, None)).warnings[-1]
+    warning = finish(link_steps(scene, 0.04, None, "")).warnings[-1]
     assert "run through others" in warning and "time limit" not in warning
     advised = float(warning.rsplit("aim at ", 1)[1].removesuffix(" %")) / 100
-    solution = finish(link_steps(scene, advised, None))
+    solution = finish(link_steps(scene, advised, None, ""))
     assert solution.error <= advised and not solution.warnings
 
 
@@ -179,7 +179,7 @@ def test_light_from_nothing_is_said_with_advice_that_works(monkeypatch):
 def balls_in_a_ball():
     balls = [Sphere.at((0, 0, 0), 2.0), Sphere.at((0.9, 0, 0), 0.5), Sphere.at((-0.9, 0, 0), 0.5)]
     surfaces = [Surface(balls[0], 0.6, 0.2, "back")] + [Surface(ball, 0.5, 0.3) for ball in balls[1:]]
-    return finish(link_steps(Scene(surfaces), 0.2, None))
+    return finish(link_steps(Scene(surfaces), 0.2, None, ""))
 
 
 def test_a_source_that_no_node_sees_shines_as_it_does_in_the_mean(balls_in_a_ball):

@@ -16,7 +16,7 @@ from pdm_core.signs_of_life import finish
 def state():
     """A lit room of reflectance .5 with rows at the first nodes."""
     surfaces = [Surface(plane, 0.5, float(k == 1)) for k, plane in enumerate(cube_planes())]
-    approach = Approach(Scene(surfaces), 0.01)
+    approach = Approach(Scene(surfaces), 0.01, "")
     finish(approach.transport.grow(approach.transport.sent.halvings[:0]))
     approach.light.follow()
     approach.refinement.link_up(0.01)
@@ -60,7 +60,7 @@ def test_blame_adds_up_to_what_is_received(state, flow):
 
 def test_what_links_are_off_by_is_told_at_a_few_nodes():
     surfaces = [Surface(plane, 0.5, float(k == 1)) for k, plane in enumerate(cube_planes())]
-    approach = Approach(Scene(surfaces), 0.01)
+    approach = Approach(Scene(surfaces), 0.01, "")
     finish(approach.transport.grow(approach.transport.sent.halvings[:0]))
     approach.light.follow()
     light, f = approach.light, approach.transport.field
@@ -92,7 +92,7 @@ def test_links_before_the_light_is_known():
     shelf, lamp = Plane((-3, -3, 2.9), (5.9, 0, 0), (0, 6, 0)), Plane((-1, -1, 2.8), (0, 2, 0), (2, 0, 0))
     surfaces = [Surface(plane, 0.5) for plane in cube_planes()]
     surfaces += [Surface(shelf, 0.5), Surface(shelf, 0.5, side="back"), Surface(lamp, 0.5, 1.0)]
-    approach = Approach(Scene(surfaces), 0.04)
+    approach = Approach(Scene(surfaces), 0.04, "")
     light, f = approach.light, approach.transport.field
     finish(approach.transport.grow(approach.transport.sent.halvings[:0]))
     light.follow()
@@ -145,7 +145,7 @@ def test_first_links_of_what_sees_only_what_no_lamp_shines_on(gap):
     """A panel's back close under the ceiling: the links were as coarse as can be, as if that were evenly black."""
     panel = Plane((-1, -1, 3 - gap), (0, 2, 0), (2, 0, 0))
     surfaces = [Surface(plane, 0.5) for plane in cube_planes()]
-    approach = Approach(Scene([*surfaces, Surface(panel, 0.5, 5.0), Surface(panel, 0.5, side="back")]), 0.04)
+    approach = Approach(Scene([*surfaces, Surface(panel, 0.5, 5.0), Surface(panel, 0.5, side="back")]), 0.04, "")
     light = approach.light
     finish(approach.transport.grow(approach.transport.sent.halvings[:0]))
     light.follow()

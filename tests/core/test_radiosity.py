@@ -9,7 +9,7 @@ import pytest
 from rooms import cube_planes
 
 from pdm_core import Plane, Scene, SceneError, Sphere, Surface, deadline, each_surface, solve, solve_steps
-from pdm_core.links import light, refinement, transport
+from pdm_core.links import approach, light, refinement, transport
 from pdm_core.links.approach import warnings_of
 from pdm_core.signs_of_life import finish
 
@@ -227,14 +227,14 @@ def test_what_the_plan_leaves_out_changes_nothing(grey, monkeypatch):
     scene = furnished(grey)
     lean = solve(scene, 1e-2)
     assert lean.plan.counts["channels"] == (1 if grey else 3) and lean.plan.counts["dark"] >= 1
-    planned = transport.plan
+    planned = approach.plan_by_links
 
-    def everything(*given, **known):
-        result = planned(*given, **known)
+    def everything(*given):
+        result = planned(*given)
         result.reached[:] = True
         return result
 
-    monkeypatch.setattr(transport, "plan", everything)
+    monkeypatch.setattr(approach, "plan_by_links", everything)
     monkeypatch.setattr(light, "proportional_channels", lambda scene: (np.arange(3), np.eye(3)))
     full = solve(scene, 1e-2)
     assert len(full._light.transport.reflectors) > len(lean._light.transport.reflectors)

@@ -23,7 +23,7 @@ def solve_by_rays(scene, target, limit):
 
 def solve_by_links(scene, target, limit):
     """As pdm_core.solve where links are chosen, whatever they cost."""
-    return finish(link_steps(scene, target, limit))
+    return finish(link_steps(scene, target, limit, "forced"))
 
 
 def as_it_is(scene):
