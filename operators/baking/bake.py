@@ -26,6 +26,7 @@ from .passes import OF_LIGHT, in_order, pass_steps
 from .report import bake_report, scan_result
 from .shown import shown_steps
 from .so_far import SoFar
+from .stand_ins import stand_in_steps
 from .still_there import still_there
 
 # error: the current estimated relative error; said: sentences to be told at once
@@ -177,11 +178,14 @@ def _find(settings, read, solution, seconds, is_live):
             kept = yield from _keep(solution, points, read.told)
         looks = looks_between(targets, points)
         values, here = yield from _evaluate(field, points, looks, kept)
+        steps = stand_in_steps(solution, targets, points, values, looks, here)
+        read.points, seen = yield from mapped(steps, stage("Evaluating vertices"))
+        points = read.points
         steps = pass_steps(settings, solution.scene, kept, targets, points)
         found = _Found(field, values, kept, (yield from mapped(steps, stage("Evaluating passes"))))
     with _timed(seconds, "check"):
         shown = yield from mapped(shown_steps(field), stage("Checking between vertices"))
-        steps = between_steps(shown, targets, points, values, looks, here, settings.target_error)
+        steps = between_steps(shown, targets, points, values, looks, here, seen, settings.target_error)
         found.between = yield from mapped(steps, stage("Checking between vertices"))
         if settings.heat_map:
             found.errors = yield from mapped(heat_map_steps(solution, targets, points), stage("Checking the error"))

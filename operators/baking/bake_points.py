@@ -11,8 +11,9 @@ from ..reading.mesh_arrays import in_world
 class BakePoints:
     """points (k, 3) m world, sorted by surface; runs [(surface index, start, stop)] of equal surface among them.
 
-    scatter: CORNER (n corners,) index of each corner's pair; POINT (k,) the vertex of each pair. normals (k, 3) with
-    which points are shaded and inward (k, 3) m in the face that each belongs to, where a mesh is among the surfaces.
+    scatter (c,): index of each corner's pair; vertex (k,) of each pair. normals (k, 3) with which points are shaded
+    and inward (k, 3) m in the face that each belongs to, where a mesh is among the surfaces. lent (2, e): pairs that
+    nobody sees, and those beside them that lend them their colours, see stand_ins.
     """
 
     domain: str
@@ -20,8 +21,10 @@ class BakePoints:
     points: np.ndarray
     runs: list
     scatter: np.ndarray
+    vertex: np.ndarray
     normals: np.ndarray | None = None
     inward: np.ndarray | None = None
+    lent: np.ndarray | None = None
 
     @property
     def surfaces(self):
@@ -37,12 +40,13 @@ class BakePoints:
     def colours(self, values):
         """values (k, 3) -> (n points or corners, 4) float32, alpha 1; a vertex of several surfaces gets their mean."""
         colours = np.ones((self.size, 4), np.float32)
+        if self.lent is not None:
+            values, (to, of) = values.copy(), self.lent
+            values[to] = means(to, values[of], len(values))[to]
         if self.domain == "CORNER":
             colours[:, :3] = values[self.scatter]
-            return colours
-        count = np.maximum(np.bincount(self.scatter, minlength=self.size), 1)  # 0: a vertex of no face, black
-        for channel in range(3):
-            colours[:, channel] = np.bincount(self.scatter, values[:, channel], self.size) / count
+        else:
+            colours[:, :3] = means(self.vertex, values, self.size)  # black where a vertex is of no face
         return colours
 
 
@@ -75,10 +79,17 @@ def bake_points(surface, vertex, world, normals, middles, domain):
         len(of_corner) if at_corners else len(world),
         world[vertex],
         runs,
-        of_corner if at_corners else vertex,
+        of_corner,
+        vertex,
         None if normals is None else normals[first],
         None if middles is None else middles[first],
     )
+
+
+def means(index, values, count):
+    """(count, c): of the values (n, c) that belong to each index (n,), 0 where none does."""
+    many = np.maximum(np.bincount(index, minlength=count), 1)
+    return np.stack([np.bincount(index, column, count) / many for column in values.T], axis=1)
 
 
 def joined(points):

@@ -44,15 +44,18 @@ def looks_between(targets, points):
     ]
 
 
-def between_steps(shown, targets, points, values, looks, here, allowed):
+def between_steps(shown, targets, points, values, looks, here, seen, allowed):
     """Generator of the fraction done; returns Between.
 
     shown: of the Field that is baked, before the exposure; values: [(k, 3)] of it at the BakePoints `points`; here
-    [(n, 3)] at the places of `looks`; allowed: the error from which on finer meshes are looked at.
+    [(n, 3)] at the places of `looks`, seen [(n,)] whether anybody sees these; allowed: the error from which on finer
+    meshes are looked at.
     """
     rng, norm = np.random.default_rng(1), shown.norm
     colours = [p.colours(value)[:, :3].astype(float) for p, value in zip(points, values, strict=True)]
-    parts = [look.norm(look.between(c), h, shown) for look, c, h in zip(looks, colours, here, strict=True)]
+    found = [look.between(c) for look, c in zip(looks, colours, strict=True)]
+    found = [np.where(s[:, None], f, h) for f, h, s in zip(found, here, seen, strict=True)]
+    parts = [look.norm(f, h, shown) for look, f, h in zip(looks, found, here, strict=True)]
     between = Between(float(np.sqrt((np.array(parts) ** 2).sum())) / norm, np.array(parts) / norm)
     coarse = between.too_coarse(allowed)
     worst = coarse[:WORST].tolist()

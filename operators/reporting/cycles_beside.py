@@ -9,7 +9,7 @@ import numpy as np
 
 from ...pdm_core.read_off import materials_at
 from ...pdm_core.signs_of_life import mapped
-from ..baking.bake_points import bake_points, corners_of
+from ..baking.bake_points import bake_points, corners_of, means
 from ..baking.colour_attribute import BakeError
 from ..reading.second_blender import last_words, run_steps
 
@@ -53,7 +53,8 @@ def _run(path, count, reading, targets):
         for k, target in enumerate(targets):
             pairs = bake_points(*corners_of(target), "CORNER")
             rho, emission = materials_at(scene, pairs.surfaces, pairs.points)
-            one, other = (rho * _of_pairs(data[f"{seed}:{k}"], pairs) for seed in (1, 2))
+            size = len(pairs.points)
+            one, other = (rho * means(pairs.scatter, data[f"{seed}:{k}"], size) for seed in (1, 2))
             noise, total = noise + ((one - other) ** 2).sum() / 2, total + ((one + other) ** 2).sum() / 4
             values[target.name], sizes[target.name] = emission + one, len(one)
     return {
@@ -61,9 +62,3 @@ def _run(path, count, reading, targets):
         "cpu_seconds": cpu, "peak_megabytes": float(peak) if np.isfinite(peak) else None, "nodes": None,
         "values": values, "sizes": sizes,
     }  # fmt: skip
-
-
-def _of_pairs(corners, pairs):
-    """Values (c, 3) at corners -> (pairs, 3), the mean of each one's corners."""
-    count = np.maximum(np.bincount(pairs.scatter, minlength=len(pairs.points)), 1)
-    return np.stack([np.bincount(pairs.scatter, corners[:, c], len(pairs.points)) / count for c in range(3)], axis=1)

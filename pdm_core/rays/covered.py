@@ -7,8 +7,12 @@ of what is seen. Were the covered part counted, the feet of all that stands on a
 import numpy as np
 
 from ..shapes.shape import lattice
+from ..signs_of_life import finish
 from .bundles import CONTACT, along
+from .facets import Facets
+from .near import places_of
 from .nodes import PLACES, place_of
+from .placed import read_places
 
 LOOKED = 16  # directions, and their opposites, from places that all rays leave towards sides without light
 
@@ -24,13 +28,43 @@ def covered(traced, nodes, which):
     for k in range(min(PLACES, code.shape[1])):
         out[:, k], dead[:, k] = lost[:, place == k].any(axis=1), meets_no_light[:, place == k].all(axis=1)
     row, column = np.nonzero(dead & ~out)
-    within = np.ones(len(row), bool)
+    out[row, column] = hidden(nodes.facets, nodes.places.take(which[row] * PLACES + column))
+    return out
+
+
+def hidden(facets, receivers, light=None):
+    """(n,) Whether nobody can see the receivers: something lies against them, or all ways they see sides without light,
+    as within a body; or, where light(surface (k,), points (k, 3) m) is given, (k,) of what counts as none, in the mean
+    no more than that."""
+    out, within, seen = *np.zeros((2, len(receivers)), bool), np.zeros(len(receivers))
+    within[:] = True
     for direction in lattice(2 * LOOKED)[:LOOKED]:
         some = np.flatnonzero(within)
         if not len(some):
             break
-        hits = along(nodes.facets, direction[None], nodes.places.take(which[row[some]] * PLACES + column[some]))
-        side = nodes.facets.surface[hits.facet, np.where(hits.front, 0, 1)]
-        within[some] = (hits.facet >= 0) & (side < 0)
-    out[row, column] = within
-    return out
+        hits = along(facets, direction[None], receivers.take(some))
+        side = facets.surface[hits.facet, np.where(hits.front, 0, 1)]
+        out[some] = against = hits.facet == CONTACT
+        met = np.flatnonzero((hits.facet >= 0) & (side >= 0))
+        if light is None:
+            seen[some[met]] = np.inf
+        else:
+            met = met[np.argsort(side[met], kind="stable")]  # surface by surface
+            places = places_of(facets, hits.facet[met], hits.at[met]) + facets.centre
+            seen[some[met]] += light(side[met], places)
+        within[some] = ~against & (hits.facet >= 0) & (seen[some] <= LOOKED)
+    return out | within
+
+
+def unseen(solution, surface, points, normals=None, inward=None):
+    """(n,) Whether dark points (n, 3) m of surfaces (n,) lie where nobody looks: covered, within a body, or in a hollow
+    that no light comes into; normals, inward as Solution.incident has them."""
+    facets = Facets(solution.scene)
+    receivers = read_places(facets, surface, points, normals, inward)
+    return hidden(facets, receivers, lambda *where: beside_error(solution, finish(solution.held_steps(*where))))
+
+
+def beside_error(solution, light):
+    """(n,) Light (n, 3), radiance or irradiance / pi, of what the Solution's may be off by; more than 1 is light."""
+    mean = solution.norm / max(np.sqrt(solution.scene.areas.sum()), 1e-300)
+    return light.max(axis=1) / max(solution.error * mean, 1e-300)
