@@ -20,7 +20,7 @@ def rims(facets, charts):
     if len(flat) < 2:
         return np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2))
     of = [shapes[k] for k in flat]
-    i, j, height = _parallel(facets, of, NARROW * np.array([s.bounds[1] for s in of]))
+    i, j, height = _parallel(of, NARROW * np.array([s.bounds[1] for s in of]), facets.tolerance)
     surface = facets.surface[facets.first[flat[i]], np.where(height > 0, 0, 1)]
     i, j, surface = (a[(surface >= 0) & charts.has[surface]] for a in (i, j, surface))
     start = np.concatenate([np.zeros((0, 3)), *(s.outline for s in of)])
@@ -35,12 +35,12 @@ def rims(facets, charts):
 
 def closed(facets):
     """Sentences for pairs of flat shapes of which one shines at the other from so near that no light is between them:
-    further than their coordinates are rounded, but no further than what is taken as in contact."""
+    further than their coordinates are rounded, but no further than what is taken as in contact or in one plane."""
     flat, scene = facets.flat, facets.scene
     if len(flat) < 2:
         return []
     of = [scene.shapes[k] for k in flat]
-    i, j, height = _parallel(facets, of, np.full(len(of), AGAINST * facets.tolerance))
+    i, j, height = _parallel(of, np.full(len(of), AGAINST * facets.tolerance), scene.tolerance)
     one, other = (facets.surface[facets.first[flat[k]]] for k in (i, j))
     turned = np.einsum("ni,ni->n", *(np.array([s.normal for s in of])[k] for k in (i, j))) > 0
     each, ahead = np.arange(len(i)), height > 0
@@ -51,14 +51,15 @@ def closed(facets):
     return [f"{a!r} and {b!r} are too near each other for light between them: taken as in contact" for a, b in names]
 
 
-def _parallel(facets, of, reach):
+def _parallel(of, reach, tolerance):
     """i, j (k,): pairs, either way round, of flat shapes `of` in parallel planes that come nearer than the smaller
-    one's reach (n,) m but no nearer than what lies in one plane, and how far before i's front j is (k,) m."""
+    one's reach (n,) m but no nearer than what lies in one plane, by a tolerance m, and how far before i's front j is
+    (k,) m."""
     normal, origin = np.array([s.normal for s in of]), np.array([s.outline[0] for s in of])
     low, high = (np.array(part) for part in zip(*(s.box for s in of)))
-    i, j = near(low - reach[:, None], high + reach[:, None], facets.tolerance)
+    i, j = near(low - reach[:, None], high + reach[:, None], tolerance)
     i, j = np.concatenate([i, j]), np.concatenate([j, i])
     height = np.einsum("ni,ni->n", origin[j] - origin[i], normal[i])
-    narrow = (np.abs(height) > ON * facets.tolerance) & (np.abs(height) < np.minimum(reach[i], reach[j]))
+    narrow = (np.abs(height) > ON * tolerance) & (np.abs(height) < np.minimum(reach[i], reach[j]))
     narrow &= np.linalg.norm(np.cross(normal[i], normal[j]), axis=1) < PARALLEL
     return i[narrow], j[narrow], height[narrow]
