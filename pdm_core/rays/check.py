@@ -18,7 +18,7 @@ SAFETY = 1.7  # of what halves and surpluses tell to what is stated
 CHECKED = 256, 1024  # points where the error is found: at least, and at most, where they are of few rays
 CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
-ONE_WAY = 0.4  # of the error of cells: what bends one way in all that a place sees of them, as daylight on a floor does
+ONE_WAY = 0.2  # of the error of cells: of one sign in all that a place sees of them in part, as where daylight bends
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
 
@@ -111,8 +111,8 @@ class Check:
 
     def _sent(self):
         """(n,) Squares of what finer cells would show of the light sent, where others receive it: most of either sign,
-        so that who sees many cells gets little of it, and who is near to one all; keeps what each cell and mesh makes
-        of it."""
+        so that who sees many cells gets little of it, and who is near to one all; what cells are off by in their own
+        means with its sign; keeps what each cell and mesh makes of it."""
         state, nodes = self.state, self.state.nodes
         cells, meshes = state.surplus
         own, rho = nodes.surface, nodes.reflectance.max(axis=1)
@@ -120,15 +120,18 @@ class Check:
         weight = nodes.weight * rho**2
         weights = weight / max(state.norm, 1e-300) ** 2, weight / state.own_square(DIM)[own] / nodes.weight.sum()
         received, all_one_way, seen = *np.zeros((2, len(nodes))), np.zeros((2, len(nodes)))
+        signed = np.zeros((len(nodes), 3))
         for who, node, share in state.rows.cells_met():
             received += np.bincount(who, (share * state.bent[node]) ** 2, len(nodes))
             all_one_way += np.bincount(who, share * state.bent[node], len(nodes))
+            for c, bias in enumerate(state.bias.T):
+                signed[:, c] += np.bincount(who, share * bias[node], len(nodes))
             for k, each in enumerate(weights):
                 seen[k] += np.bincount(node, share**2 * each[who], len(nodes))
         seen = seen[(seen @ state.bent**2).argmax()]
         of_meshes = np.bincount(own[len(cells) :], (seen * state.bent**2)[len(cells) :], len(meshes))
         self.surplus = seen[: len(cells), None] * cells**2, of_meshes
-        received += (ONE_WAY * all_one_way) ** 2
+        received += (ONE_WAY * all_one_way) ** 2 + (signed**2).sum(axis=1)
         # from there on as the errors of the nodes' rays go on, three draws of the signs at once
         signs = np.random.default_rng(len(nodes)).choice([-1, 1], (len(nodes), 3)) / np.sqrt(3)
         error = np.sqrt(received)[:, None] * signs
