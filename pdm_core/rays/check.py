@@ -29,12 +29,12 @@ class Check:
 
     def __init__(self, state):
         self.state, self.error, self.parts = state, float("inf"), {}
-        self.looked = self.looked_rays = None
+        self.looked = self.looked_rays = self.solved = None
 
     def under(self, state):
         """The check of the same nodes and rays under other light."""
         new = copy.copy(self)
-        new.state, new.looked = state, None
+        new.state, new.looked, new.solved = state, None, None
         return new
 
     def measure(self):
@@ -60,10 +60,25 @@ class Check:
         there = self.places.surface
         rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
         shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
+        if self.solved is not state.sent:
+            yield from self._of_nodes()
+        self.parts = {"rays": rays, "shadows": float(np.hypot(shadows, self.lost)), **self.passed_parts}
+        self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
+        node_shadow = nodes.reflectance.max(axis=1) * state.lit.unsure
+        whole = partial(self._relative, nodes.surface, nodes.weight)
+        of_nodes, of_shadows = whole(self.unsure**2), whole(node_shadow**2)
+        scales = rays / max(of_nodes, 1e-300), shadows / of_shadows if of_shadows > 0 else 0.0
+        self.node_error = np.hypot(scales[0] * self.unsure, scales[1] * node_shadow)
+        self._each({"rays"} | ({"shadows"} if scales[1] > 0 else set()))
+
+    def _of_nodes(self):
+        """What the nodes' errors come to where others have received them, once for what they send; yields: `passed`,
+        `unsure` (n,), of the nodes' own rays, `lost`, a part of shadows, and the other parts of nodes alone."""
+        state, nodes = self.state, self.state.nodes
         reflected = nodes.weight * nodes.reflectance.max(axis=1) ** 2
         own = yield from in_thread(state.rows.unsure, state.sent, reflected)
-        self.node_error = np.linalg.norm(nodes.reflectance * own[0], axis=1)
-        of_nodes = self._relative(nodes.surface, nodes.weight, self.node_error**2)
+        self.unsure = np.linalg.norm(nodes.reflectance * own[0], axis=1)
+        of_nodes = self._relative(nodes.surface, nodes.weight, self.unsure**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
         # neighbours share their directions, so that an error of one sign that white walls amplify may be in any half
         sent, of_rays = (yield from in_thread(self._sent)), (yield from self._passed(own))
@@ -72,20 +87,14 @@ class Check:
         lamps = yield from self._passed(HALF * state.lit.lamps.reshape(len(nodes), -1, 3).swapaxes(0, 1))
         self.passed = sent + of_rays + lost + lamps
         whole = partial(self._relative, nodes.surface, nodes.weight)
-        self.parts = {
-            "rays": rays,
-            "shadows": float(np.hypot(shadows, whole(lost, DIM_WITHIN))),
+        self.lost = whole(lost, DIM_WITHIN)
+        self.passed_parts = {
             "sent": whole(sent),
             "nodes": whole(of_rays, DIM_WITHIN) + CORRELATED * dim * of_nodes,
             "lamps": whole(lamps, DIM_WITHIN),
             "solver": float(state.left),
         }
-        self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
-        node_shadow = nodes.reflectance.max(axis=1) * state.lit.unsure
-        of_shadows = self._relative(nodes.surface, nodes.weight, node_shadow**2)
-        scales = rays / max(of_nodes, 1e-300), shadows / of_shadows if of_shadows > 0 else 0.0
-        self.node_error = np.hypot(scales[0] * self.node_error, scales[1] * node_shadow)
-        self._each({"rays"} | ({"shadows"} if scales[1] > 0 else set()))
+        self.solved = state.sent
 
     def _look(self):
         """Direct light and rays at random points, as where colours are read, anew where that gets finer; yields."""

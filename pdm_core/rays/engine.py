@@ -45,6 +45,7 @@ class RayState:
         self.read = RAYS  # directions where colours are read
         self.told = 1.0  # of the target: what direct light may be off by where part of a source is seen, in few places
         self.level = 0.0
+        self.changed = True  # whether rows or direct light are others than were solved with
         self.glares = {}  # by the number of directions of those who see it
 
     def elapsed(self):
@@ -84,7 +85,7 @@ class RayState:
 
     def link(self):
         """The rows of all nodes, and their own light: what they send whatever they receive."""
-        self.rows = Gathered(self.traced, self.nodes, self.scene)
+        self.rows, self.changed = Gathered(self.traced, self.nodes, self.scene), True
         vars(self).pop("narrow", None)
         own = self.nodes.surface
         self.shining = np.where(self.by_rays[own, None], self.scene.emission[own], 0.0)
@@ -92,8 +93,10 @@ class RayState:
     # -- solving -------------------------------------------------------------------------------------------------
 
     def solve(self):
-        """E at the nodes, and what they send on; yields."""
-        yield from in_thread(self._solve)
+        """E at the nodes, and what they send on, where their rows or direct light are others than before; yields."""
+        if self.changed:
+            yield from in_thread(self._solve)
+            self.changed = False
 
     def _solve(self):
         rho = self.nodes.reflectance

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pdm_core import Plane, Scene, Sphere, Surface
+from pdm_core.rays.check import Check
 from pdm_core.rays.engine import RayState
 from pdm_core.rays.lattice import QUARTERS
 from pdm_core.signs_of_life import finish
@@ -35,3 +36,23 @@ def test_what_is_interpolated_is_the_light_of_cells_in_their_mean(size, lamp):
         return np.sqrt((nodes.weight[:, None] * (mean - light) ** 2).sum())
 
     assert off(state.sent) < 0.5 * off(light)
+
+
+def test_what_has_not_changed_is_not_worked_out_again():
+    state = RayState(room(np.eye(3), 1.0, 0.5), 0.04)
+    check = Check(state)
+    finish(state.extend(np.full(len(state.nodes), -1)))
+    for _ in range(2):
+        finish(state.solve())
+        finish(check.measure())
+    once, sent, passed = state.counts["iterations"], state.sent, check.passed
+    state.read *= 2
+    finish(state.solve())
+    finish(check.measure())
+    assert state.counts["iterations"] == once and check.passed is passed
+    state.link()
+    finish(state.solve())
+    finish(check.measure())
+    assert state.counts["iterations"] == 2 * once and check.passed is not passed
+    np.testing.assert_array_equal(state.sent, sent)
+    np.testing.assert_array_equal(check.passed, passed)
