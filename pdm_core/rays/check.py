@@ -29,12 +29,12 @@ class Check:
 
     def __init__(self, state):
         self.state, self.error, self.parts = state, float("inf"), {}
-        self.looked = self.looked_rays = self.solved = None
+        self.looked = self.looked_rays = self.told_by = None
 
     def under(self, state):
         """The check of the same nodes and rays under other light."""
         new = copy.copy(self)
-        new.state, new.looked, new.solved = state, None, None
+        new.state, new.looked, new.told_by = state, None, None
         return new
 
     def measure(self):
@@ -60,8 +60,10 @@ class Check:
         there = self.places.surface
         rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
         shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
-        if self.solved is not state.sent:
+        told_by = state.sent, state.lit.lost, state.lit.lamps
+        if self.told_by is None or any(now is not before for now, before in zip(told_by, self.told_by)):
             yield from self._of_nodes()
+            self.told_by = told_by
         self.parts = {"rays": rays, "shadows": float(np.hypot(shadows, self.lost)), **self.passed_parts}
         self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
         node_shadow = nodes.reflectance.max(axis=1) * state.lit.unsure
@@ -72,8 +74,8 @@ class Check:
         self._each({"rays"} | ({"shadows"} if scales[1] > 0 else set()))
 
     def _of_nodes(self):
-        """What the nodes' errors come to where others have received them, once for what they send; yields: `passed`,
-        `unsure` (n,), of the nodes' own rays, `lost`, a part of shadows, and the other parts of nodes alone."""
+        """What the nodes' errors come to where others have received them; yields: sets `passed`, `unsure` (n,), of
+        the nodes' own rays, `lost`, a part of shadows, and the other parts of nodes alone."""
         state, nodes = self.state, self.state.nodes
         reflected = nodes.weight * nodes.reflectance.max(axis=1) ** 2
         own = yield from in_thread(state.rows.unsure, state.sent, reflected)
@@ -94,7 +96,6 @@ class Check:
             "lamps": whole(lamps, DIM_WITHIN),
             "solver": float(state.left),
         }
-        self.solved = state.sent
 
     def _look(self):
         """Direct light and rays at random points, as where colours are read, anew where that gets finer; yields."""
