@@ -176,11 +176,13 @@ def flat_faces(facets, receivers):
 def _in_contact(facets, nearest, reached, ray, receivers):
     """(k,) Which receivers on flat shapes meet what lies against these, or on meshes flat shapes: facets (n,), at
     distances reached (n,) m along unit directions ray (n, 3)."""
-    some, faces = np.flatnonzero((nearest >= 0) & (nearest < facets.count)), flat_faces(facets, receivers)
-    height = reached[some] * np.abs(np.einsum("ni,ni->n", faces[some], ray[some]))
-    some = some[height < AGAINST * facets.tolerance]
+    some = np.flatnonzero((nearest >= 0) & (nearest < facets.count))
+    faces, ray = receivers.faces.take(some, axis=0), ray.take(some, axis=0)
+    height = reached.take(some) * np.abs(np.einsum("ni,ni->n", faces, ray))
+    some = some[height < AGAINST * facets.tolerance]  # with all of those on balls, of which none lies on a flat face
     some = some[(receivers.start[some] < 0) | (facets.own[facets.shape[nearest[some]]] >= 0)]
-    along_ = np.einsum("ni,ni->n", faces[some], facets.normal[nearest[some]])
+    faces = flat_faces(facets, receivers.take(some))
+    along_ = np.einsum("ni,ni->n", faces, facets.normal[nearest[some]])
     return some[1 - along_**2 < PARALLEL**2]
 
 

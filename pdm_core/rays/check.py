@@ -18,7 +18,7 @@ SAFETY = 1.7  # of what halves and surpluses tell to what is stated
 CHECKED = 256, 1024  # points where the error is found: at least, and at most, where they are of few rays
 CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
-ONE_WAY = 0.4  # of the error of cells: what bends one way in all that a place sees of them, as daylight on a floor does
+ONE_WAY = 0.2  # of the error of cells: of one sign in all that a place sees of them in part, as where daylight bends
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors
 
 
@@ -29,12 +29,12 @@ class Check:
 
     def __init__(self, state):
         self.state, self.error, self.parts = state, float("inf"), {}
-        self.looked = self.looked_rays = None
+        self.looked = self.looked_rays = self.told_by = None
 
     def under(self, state):
         """The check of the same nodes and rays under other light."""
         new = copy.copy(self)
-        new.state, new.looked = state, None
+        new.state, new.looked, new.told_by = state, None, None
         return new
 
     def measure(self):
@@ -60,10 +60,27 @@ class Check:
         there = self.places.surface
         rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
         shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
+        told_by = state.sent, state.lit.lost, state.lit.lamps
+        if self.told_by is None or any(now is not before for now, before in zip(told_by, self.told_by)):
+            yield from self._of_nodes()
+            self.told_by = told_by
+        self.parts = {"rays": rays, "shadows": float(np.hypot(shadows, self.lost)), **self.passed_parts}
+        self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
+        node_shadow = nodes.reflectance.max(axis=1) * state.lit.unsure
+        whole = partial(self._relative, nodes.surface, nodes.weight)
+        of_nodes, of_shadows = whole(self.unsure**2), whole(node_shadow**2)
+        scales = rays / max(of_nodes, 1e-300), shadows / of_shadows if of_shadows > 0 else 0.0
+        self.node_error = np.hypot(scales[0] * self.unsure, scales[1] * node_shadow)
+        self._each({"rays"} | ({"shadows"} if scales[1] > 0 else set()))
+
+    def _of_nodes(self):
+        """What the nodes' errors come to where others have received them; yields: sets `passed`, `unsure` (n,), of
+        the nodes' own rays, `lost`, a part of shadows, and the other parts of nodes alone."""
+        state, nodes = self.state, self.state.nodes
         reflected = nodes.weight * nodes.reflectance.max(axis=1) ** 2
         own = yield from in_thread(state.rows.unsure, state.sent, reflected)
-        self.node_error = np.linalg.norm(nodes.reflectance * own[0], axis=1)
-        of_nodes = self._relative(nodes.surface, nodes.weight, self.node_error**2)
+        self.unsure = np.linalg.norm(nodes.reflectance * own[0], axis=1)
+        of_nodes = self._relative(nodes.surface, nodes.weight, self.unsure**2)
         dim = float((nodes.weight[:, None] * nodes.reflectance).sum() / (3 * nodes.weight.sum()))
         # neighbours share their directions, so that an error of one sign that white walls amplify may be in any half
         sent, of_rays = (yield from in_thread(self._sent)), (yield from self._passed(own))
@@ -72,20 +89,13 @@ class Check:
         lamps = yield from self._passed(HALF * state.lit.lamps.reshape(len(nodes), -1, 3).swapaxes(0, 1))
         self.passed = sent + of_rays + lost + lamps
         whole = partial(self._relative, nodes.surface, nodes.weight)
-        self.parts = {
-            "rays": rays,
-            "shadows": float(np.hypot(shadows, whole(lost, DIM_WITHIN))),
+        self.lost = whole(lost, DIM_WITHIN)
+        self.passed_parts = {
             "sent": whole(sent),
             "nodes": whole(of_rays, DIM_WITHIN) + CORRELATED * dim * of_nodes,
             "lamps": whole(lamps, DIM_WITHIN),
             "solver": float(state.left),
         }
-        self.error = SAFETY * float(np.sqrt(sum(v * v for v in self.parts.values())))
-        node_shadow = nodes.reflectance.max(axis=1) * state.lit.unsure
-        of_shadows = self._relative(nodes.surface, nodes.weight, node_shadow**2)
-        scales = rays / max(of_nodes, 1e-300), shadows / of_shadows if of_shadows > 0 else 0.0
-        self.node_error = np.hypot(scales[0] * self.node_error, scales[1] * node_shadow)
-        self._each({"rays"} | ({"shadows"} if scales[1] > 0 else set()))
 
     def _look(self):
         """Direct light and rays at random points, as where colours are read, anew where that gets finer; yields."""
@@ -111,8 +121,8 @@ class Check:
 
     def _sent(self):
         """(n,) Squares of what finer cells would show of the light sent, where others receive it: most of either sign,
-        so that who sees many cells gets little of it, and who is near to one all; keeps what each cell and mesh makes
-        of it."""
+        so that who sees many cells gets little of it, and who is near to one all; what cells are off by in their own
+        means with its sign; keeps what each cell and mesh makes of it."""
         state, nodes = self.state, self.state.nodes
         cells, meshes = state.surplus
         own, rho = nodes.surface, nodes.reflectance.max(axis=1)
@@ -120,15 +130,18 @@ class Check:
         weight = nodes.weight * rho**2
         weights = weight / max(state.norm, 1e-300) ** 2, weight / state.own_square(DIM)[own] / nodes.weight.sum()
         received, all_one_way, seen = *np.zeros((2, len(nodes))), np.zeros((2, len(nodes)))
+        signed = np.zeros((len(nodes), 3))
         for who, node, share in state.rows.cells_met():
             received += np.bincount(who, (share * state.bent[node]) ** 2, len(nodes))
             all_one_way += np.bincount(who, share * state.bent[node], len(nodes))
+            for c, bias in enumerate(state.bias.T):
+                signed[:, c] += np.bincount(who, share * bias[node], len(nodes))
             for k, each in enumerate(weights):
                 seen[k] += np.bincount(node, share**2 * each[who], len(nodes))
         seen = seen[(seen @ state.bent**2).argmax()]
         of_meshes = np.bincount(own[len(cells) :], (seen * state.bent**2)[len(cells) :], len(meshes))
         self.surplus = seen[: len(cells), None] * cells**2, of_meshes
-        received += (ONE_WAY * all_one_way) ** 2
+        received += (ONE_WAY * all_one_way) ** 2 + (signed**2).sum(axis=1)
         # from there on as the errors of the nodes' rays go on, three draws of the signs at once
         signs = np.random.default_rng(len(nodes)).choice([-1, 1], (len(nodes), 3)) / np.sqrt(3)
         error = np.sqrt(received)[:, None] * signs

@@ -45,6 +45,7 @@ class RayState:
         self.read = RAYS  # directions where colours are read
         self.told = 1.0  # of the target: what direct light may be off by where part of a source is seen, in few places
         self.level = 0.0
+        self.changed = True  # whether rows or direct light are others than were solved with
         self.glares = {}  # by the number of directions of those who see it
 
     def elapsed(self):
@@ -84,7 +85,7 @@ class RayState:
 
     def link(self):
         """The rows of all nodes, and their own light: what they send whatever they receive."""
-        self.rows = Gathered(self.traced, self.nodes, self.scene)
+        self.rows, self.changed = Gathered(self.traced, self.nodes, self.scene), True
         vars(self).pop("narrow", None)
         own = self.nodes.surface
         self.shining = np.where(self.by_rays[own, None], self.scene.emission[own], 0.0)
@@ -92,24 +93,29 @@ class RayState:
     # -- solving -------------------------------------------------------------------------------------------------
 
     def solve(self):
-        """E at the nodes, and what they send on; yields."""
-        yield from in_thread(self._solve)
+        """E at the nodes, and what they send on, where their rows or direct light are others than before; yields."""
+        if self.changed:
+            yield from in_thread(self._solve)
+            self.changed = False
 
     def _solve(self):
         rho = self.nodes.reflectance
         outer = self.lit.direct + self.rows.sky
-        right = self.rows.times(rho * outer + self.shining)
+        held = self.nodes.means.held
+        right = self.rows.times(held(rho * outer + self.shining))
         guess = right.copy()
 
         def scatter(value):
-            return self.rows.times(rho * value)
+            return self.rows.times(held(rho * value))
 
         indirect, steps = finish(gcr(scatter, right, guess, SOLVED * self.target))
         self.counts["iterations"] += steps
         self.amplified = amplification(self.rows.times, rho)
         residual = right - indirect + scatter(indirect)
         self.received = outer + indirect
-        self.sent, self.glares = rho * self.received + self.shining, {}
+        sent = rho * self.received + self.shining  # in the mean of each node
+        self.sent, self.shown, self.glares = held(sent), held(self.received), {}  # what is interpolated between
+        self.bias = self.nodes.means.bias(sent, self.sent)
         weight, reflected = self.nodes.weight, rho * self.received
         square = np.bincount(self.nodes.surface, weight * (reflected**2).sum(axis=1), len(self.scene))
         spots = np.bincount([s.index for s in self.lit.spots], [s.square for s in self.lit.spots], len(self.scene))
@@ -124,7 +130,7 @@ class RayState:
         self.gain = float((weight[:, None] * reflected).sum() / max(once, 1e-300))
         left = rho * finish(gcr(scatter, residual, residual.copy(), ROUGHLY))[0] / (1 - ROUGHLY)
         self.left = np.sqrt((weight * (left**2).sum(axis=1)).sum()) / max(self.norm, 1e-300)
-        self.surplus = self.nodes.surplus(self.sent, self.lit.spread * rho.max(axis=1, initial=0.0))
+        self.surplus = self.nodes.surplus(sent, self.lit.spread * rho.max(axis=1, initial=0.0))
         # how far what a node sends is off beside it, on meshes in the mean
         area = np.bincount(self.nodes.surface, weight, len(self.scene))
         self.bent = (self.surplus[1] / np.sqrt(np.maximum(area, 1e-300)))[self.nodes.surface]

@@ -165,7 +165,7 @@ class NearHits:
             there = yield from in_thread(at_hits, state.facets, hits.facet, hits.front, hits.place)
             light = np.where(state.lit.beamed[:, None], 0.0, state.lit.light)
             factor = yield from state.lit.shares.scattered(there)
-            more = np.einsum("nkc,kc->nc", factor, light) - hits.of(state.received)
+            more = np.einsum("nkc,kc->nc", factor, light) - hits.of(state.shown)
             out += self._summed(hits.who, hits.weight * more)
             yield
             rays = yield from in_thread(self._going_on, hits, again)

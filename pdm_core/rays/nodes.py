@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from .lattice import NEXT, Lattice
+from .means import CellMeans
 from .merged import PLACES, Merged
 from .on_charts import OnCharts
 from .placed import Placed
@@ -96,6 +97,11 @@ class Nodes:
         cells = np.arange(len(self.lattice))
         return PartedCells(self.standing, self.lattice, self._on_charts(cells), self.hidden[cells])
 
+    @cached_property
+    def means(self):
+        """CellMeans of the cells."""
+        return CellMeans(self.parted, self._on_charts(np.arange(len(self.lattice))))
+
     def _on_charts(self, cells):
         """Places (k, PLACES, 2) of cells (k,) on their charts."""
         points = self.places.exact.reshape(-1, PLACES, 3)[cells].reshape(-1, 3)
@@ -132,7 +138,7 @@ class Nodes:
 
     def _forget(self):
         """What is worked out of the nodes as they were."""
-        for name in ("weight", "reflectance", "parted", "lost"):
+        for name in ("weight", "reflectance", "parted", "means", "lost"):
             vars(self).pop(name, None)
 
     def of(self, scene):

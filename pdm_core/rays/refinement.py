@@ -19,7 +19,9 @@ SPARE = 1.15  # times as small as its share the error of the nodes' rays becomes
 MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
 HALVED = 0.7  # of the error of cells, what halves of them leave
 HELPS = 0.9  # of the square of the error: what is left at most where it is worth a round
-KEPT_WHOLE = 0.05  # of the square of the error: cells that make no more are not halved
+# of the square of the error: cells that make no more are not halved; with .05 300 balls took 12,900 cells to 4 %, not
+# 7,800, and a furnished room 6,100 to 1 %, not 4,900
+KEPT_WHOLE = 0.15
 
 
 def improve(check):
@@ -52,6 +54,7 @@ def improve(check):
         yield from in_thread(state.link)
     if again:
         yield from lit.extend(state, np.full(len(state.nodes), -1))
+        state.changed = True
     return did or again or count is not None
 
 

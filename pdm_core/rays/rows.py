@@ -16,6 +16,7 @@ PAIRS = ([0, 2], [1, 3]), ([0, 1], [2, 3]), ([0, 3], [1, 2])  # of them, the eve
 # error of all rays, of what half of them differ from all: of light that few of them meet 1, as each meets it by chance;
 # at least, as every second one is spread less evenly
 HALF = 0.62
+WRITTEN = 16  # directions kept at once: rays of one receiver lie side by side, and fill a line of the cache
 FINE_SKY = 1 << 15  # directions that find small bright parts of a sky
 
 
@@ -45,11 +46,16 @@ class Traced:
         yields a bundle at a time."""
         if not len(which):
             return
-        for some in batches(len(self.directions), len(which), facets):
-            rows, j = np.tile(which, len(some)), np.repeat(some, len(which))
-            hits = along(facets, self.directions[some], receivers(rows, j))
-            self.code[rows, j] = np.where(hits.facet >= 0, 2 * hits.facet + ~hits.front, hits.facet)
-            self.at[rows, j], self.cosine[rows, j] = hits.at, hits.cosine
+        n, found, begin = len(which), [], 0
+        for some in batches(len(self.directions), n, facets):
+            hits = along(facets, self.directions[some], receivers(np.tile(which, len(some)), np.repeat(some, n)))
+            found.append((np.where(hits.facet >= 0, 2 * hits.facet + ~hits.front, hits.facet), hits.at, hits.cosine))
+            end = some[-1] + 1
+            if end - begin >= WRITTEN or end == len(self.directions):
+                for own, parts in zip((self.code, self.at, self.cosine), zip(*found)):
+                    parts = [part.reshape(-1, n, *own.shape[2:]) for part in parts]
+                    own[which, begin:end] = np.swapaxes(np.concatenate(parts), 0, 1)
+                found, begin = [], end
             yield
 
     def moved(self, old):
