@@ -38,16 +38,10 @@ class Cuts:
         self.touched = self.lists.number > 0
         self.third = self._thirds()
 
-    def _given(self, facet):
-        """(n, 4, 3) m of facets (n,), where their shapes are given, not parted into layers."""
-        facets = self.facets
-        moved = facets.moved[facets.shape[facet], None] * facets.normal[facet]
-        return facets.corners(facet) - moved[:, None]
-
     def _meet(self, facet, corners):
         """(n,) Whether facets (n,) meet triangles, corners (n, 3, 3) m about the facets' centre; (n,) whether they run
         through them, as far as their planes tell."""
-        given, height = self._given(facet), self._height(facet, corners)
+        given, height = self.facets.given(facet), self._height(facet, corners)
         meets = (corners.min(axis=1) <= given.max(axis=1) + self.reach).all(axis=1)
         meets &= (corners.max(axis=1) >= given.min(axis=1) - self.reach).all(axis=1)
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -70,17 +64,8 @@ class Cuts:
         share = np.divide(one, one - other, out=np.zeros(across.shape), where=across)[..., None]
         rows, columns = np.nonzero(across)
         met = (places + share * (others - places))[rows, columns]
-        across[rows, columns] = self._within(facet[rows], met)
+        across[rows, columns] = self.facets.within(facet[rows], met)
         return across
-
-    def _within(self, facet, points):
-        """(n,) Whether points (n, 3) m in the planes of facets (n,) are within their outlines."""
-        facets = self.facets
-        u, v, normal, at = facets.u[facet], facets.v[facet], facets.normal[facet], points - facets.origin[facet]
-        s, t = (np.einsum("ni,ni->n", np.cross(a, b), normal) for a, b in ((at, v), (u, at)))
-        area = np.einsum("ni,ni->n", np.cross(u, v), normal)
-        most = np.where(facets.triangle[facet], s + t, np.maximum(s, t))
-        return (s >= 0) & (t >= 0) & (most <= area)
 
     def apart(self, part, at):
         """(h, 3) Whether anything is between places at (h, 2) on parts (h,) and what each of their corners stands
@@ -160,7 +145,7 @@ class Cuts:
             a, b = third[one[pair]][:, None], third[other[pair]][:, None]
             cut = self.between(facet, a, b)[:, 0]
             on = [np.abs(self._height(facet, end)[:, 0]) <= self.reach for end in (a, b)]
-            cut |= (on[0] != on[1]) & self._within(facet, np.where(on[0][:, None], a[:, 0], b[:, 0]))
+            cut |= (on[0] != on[1]) & self.facets.within(facet, np.where(on[0][:, None], a[:, 0], b[:, 0]))
             out[pair[cut]] = True
         return out
 
