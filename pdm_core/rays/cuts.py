@@ -91,16 +91,15 @@ class Cuts:
 
     def _thirds(self):
         """(T, 3, 3) m: middles of the thirds of parts for which each corner stands, nearer to it where what runs
-        through is between the two."""
-        corners = self.points
-        out = corners / 2 + corners.mean(axis=1, keepdims=True) / 2
+        through is between it and the part's middle: half way to that."""
+        corners, middle = self.points, self.points.mean(axis=1, keepdims=True)
         which, facet = self.lists.of(np.flatnonzero(self.touched))
         which = np.flatnonzero(self.touched)[which]
-        across = self.between(facet, corners[which], out[which])
-        one, other = (self._height(facet, a[which]) for a in (corners, out))
-        share = np.ones(out.shape[:2])
-        np.minimum.at(share, which, np.where(across, one / np.where(across, one - other, 1) / 2, 1.0))
-        return corners + share[..., None] * (out - corners)
+        across = self.between(facet, corners[which], middle[which])
+        one, other = (self._height(facet, a[which]) for a in (corners, middle))
+        share = np.ones(corners.shape[:2])
+        np.minimum.at(share, which, np.where(across, one / np.where(across, one - other, 1), 1.0))
+        return corners + share[..., None] * (middle - corners) / 2
 
     def parted(self, begin, group):
         """Groups (t, 3) of the corners of parts from begin on -> groups (t, 3), those that anything meets as many as
