@@ -10,7 +10,9 @@ from functools import cached_property
 import numpy as np
 
 from ..boxes import near, overlap
-from ..layers import look_inward
+from ..coincident import ALONG
+from ..connected import connected
+from ..layers import levels, look_inward
 from ..shapes.plane import Planes
 from ..shapes.shape import PARALLEL, box_of, unit
 from ..tolerances import CLEAR, KEPT
@@ -220,12 +222,17 @@ def _layers(facets):
     same = np.einsum("ni,ni->n", lit[i], lit[j]) > 0
     equal = np.abs(area[i] - area[j]) <= 1e-6 * area[i]
     over = same | ((two_sided[i] | two_sided[j]) & ~equal)
-    level = np.zeros(len(flat))
-    np.add.at(level, j[over], np.sign(np.einsum("ni,ni->n", lit[i[over]], normal[j[over]])))
-    walls = ~over & ~same & ~equal & inward[i] & inward[j]
-    np.add.at(level, j[walls], -np.sign(np.einsum("ni,ni->n", lit[i[walls]], normal[j[walls]])))
-    back = ~same & equal
-    for k in (i[back], j[back]):
-        level[k] = np.where(level[k] == 0, np.einsum("ni,ni->n", lit[k], normal[k]), level[k])
-    out[flat] = PARTED * facets.tolerance * level
+    behind = ~same & (equal | ~over & inward[i] & inward[j])
+    some = over | behind
+    # layers along one normal of their plane, the largest of those that touch each other staying where it is
+    up = np.where(normal @ ALONG[:3] > 0, 1.0, -1.0)
+    rises = (up[i] * np.einsum("ni,ni->n", lit[i], normal[i]) > 0) ^ behind
+    lower, upper = np.where(rises, (i, j), (j, i))[:, some]
+    level = levels(len(flat), lower, upper)
+    label = connected(len(flat), lower, upper)
+    order = np.lexsort([-area, label])
+    largest = order[np.flatnonzero(np.diff(label[order], prepend=-1))]
+    base = np.zeros(len(flat), int)
+    base[label[largest]] = level[largest]
+    out[flat] = PARTED * facets.tolerance * up * (level - base[label])
     return out, body

@@ -7,6 +7,8 @@ from rooms import by_rays
 from test_flush_meshes import box
 
 from pdm_core import Mesh, Plane, Polygon, Scene, Surface
+from pdm_core.rays.engine import RayState
+from pdm_core.rays.facets import Facets
 
 SQUARE = np.array([(1, 1, 0), (2.5, 1, 0), (2.5, 2.2, 0), (1, 2.2, 0)], float)
 CENTRE = np.array([(1.75, 1.6, 0)])
@@ -86,3 +88,31 @@ def test_a_lamp_flush_with_a_ceiling_is_seen_from_below(place, kind):
     panel = Plane(place(SQUARE[0]), place.turn @ (0, 1.2, 0), place.turn @ (1.5, 0, 0))
     right = 5 * panel.unhidden(below, np.array([place.turn @ (0, 0, 1)]), 1, 0.0)
     np.testing.assert_allclose(solution.incident(1, below)[:, 0], right, rtol=0.05)
+
+
+@pytest.mark.parametrize("rounding", [2**-53, 2**-24])
+def test_layers_are_counted_in_turn(place, rounding):
+    """Two table tops that overlap, and a leg under the smaller one: each was a layer off the larger one, so that the
+    leg's lid lay in the plane of the top that it bears, and was met within it instead of this."""
+    tops = [place.plane(low, (0, d, 0), (w, 0, 0)) for low, w, d in (((0, 0, 1), 3, 2), ((2, 1, 1), 2, 1.5))]
+    lid = place.plane((3.5, 2, 1), (0.2, 0, 0), (0, 0.2, 0))
+    surfaces = [Surface(s, 0.5, side=side) for s in (*tops, lid) for side in ("front", "back")]
+    facets = Facets(Scene(surfaces, rounding=rounding))
+    height = facets.moved * [shape.normal @ place.turn[:, 2] for shape in (*tops, lid)] / facets.tolerance
+    assert height[0] == 0 and (np.diff(height) < -8).all()
+
+
+def test_light_before_a_plank_on_a_mesh_is_not_of_what_is_under_it(place):
+    """Middles of a floor's thirds lay just in the plank's side: nothing came to them, and .46 was seen for 1."""
+    at = np.linspace(-3, 3, 9)
+    x, y = (a.ravel() for a in np.meshgrid(at, at, indexing="ij"))
+    k = np.arange(81).reshape(9, 9)
+    faces = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1, 4)
+    floor = Surface(Mesh(place(np.stack([x, y, 0 * x], axis=1)), faces, False), 0.5)
+    plank = [Surface(Polygon(s.shape.corners), 0.5) for s in place.box((1.0, 0.5, 0), (1.5, 1.25, 0.05))]
+    cuts = RayState(Scene([floor, *plank], 1.0, rounding=2**-24), 0.1).nodes.meshes.cuts
+    corner, third = (
+        (points + cuts.facets.centre - place.offset).reshape(-1, 3) @ place.turn for points in (cuts.points, cuts.third)
+    )
+    about = (third[:, 0] > 1.0) & (third[:, 0] < 1.5) & (corner[:, 1] < 0.49) & (corner[:, 1] > 0)
+    assert about.any() and (third[about, 1] < 0.49).all()
