@@ -56,15 +56,22 @@ def look_inward(corners, lit, i, j, tolerance):
     return np.bincount(one[same_body], ahead[same_body], minlength=len(lit)) > 0, loose
 
 
-def lifted(corners, normal, i, j, side, step):
-    """Lift planes j off planes i by `step` m to that side, in place, layer by layer -> the greatest height in m."""
-    level = np.zeros(len(corners), int)
-    for _ in range(len(corners)):
+def levels(n, lower, upper):
+    """(n,) How many of them lie below each of n things in turn, of which those of lower (k,) lie below those of upper
+    (k,)."""
+    level = np.zeros(n, int)
+    for _ in range(n):
         above = level.copy()
-        np.maximum.at(above, j, level[i] + 1)
+        np.maximum.at(above, upper, level[lower] + 1)
         if (above == level).all():
             break
         level = above
+    return level
+
+
+def lifted(corners, normal, i, j, side, step):
+    """Lift planes j off planes i by `step` m to that side, in place, layer by layer -> the greatest height in m."""
+    level = levels(len(corners), i, j)
     for layer in range(1, level.max(initial=0) + 1):
         top = np.flatnonzero((level[j] == layer) & (level[i] == layer - 1))
         upper, first = np.unique(j[top], return_index=True)

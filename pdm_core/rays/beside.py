@@ -88,7 +88,7 @@ class Beside:
 
     def _toward(self, mesh, j):
         """(3,) Normal of the flat shape j's side on which a mesh is, 0 where it is in its plane."""
-        height = (mesh.bounds[0] - self.origin[j]) @ self.normal[j]
+        height = (mesh.middle - self.origin[j]) @ self.normal[j]
         return (np.sign(height) if abs(height) > FLUSH * self.tolerance else 0.0) * self.normal[j]
 
     def lifted(self, mesh, at, points, normals, faces):

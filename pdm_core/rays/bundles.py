@@ -5,7 +5,7 @@ a lamp the same projection is perspective.
 """
 
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -26,7 +26,7 @@ class Receivers:
     """points, normals (n, 3) m about the facets' centre; own (n,): the shape that is not met, or -1; start (n,) m: the
     distance from which on shapes are met, negative where those in contact are; inside (n,): whether within own ball,
     whose far side is met all the same; surface (n,): which they lie on, -1 or None in free space; faces (n, 3): the
-    normals of what they lie on, 0 or None in free space."""
+    normals of what they lie on, 0 or None in free space; under (n,): whether something lies on them, None: nothing."""
 
     points: np.ndarray
     normals: np.ndarray
@@ -35,20 +35,22 @@ class Receivers:
     inside: np.ndarray
     surface: np.ndarray = None
     faces: np.ndarray = None
+    under: np.ndarray = None
 
     def __post_init__(self):
         if self.surface is None:
             self.surface = np.full(len(self), -1)
         if self.faces is None:
             self.faces = np.zeros((len(self), 3))
+        if self.under is None:
+            self.under = np.zeros(len(self), bool)
 
     def __len__(self):
         return len(self.points)
 
     def take(self, index):
         """Those of the index."""
-        parts = self.points, self.normals, self.own, self.start, self.inside, self.surface, self.faces
-        return Receivers(*(a.take(index, axis=0) for a in parts))
+        return Receivers(*(getattr(self, one.name).take(index, axis=0) for one in fields(Receivers)))
 
     def joined(self, other):
         """These and then the other's."""
@@ -132,6 +134,7 @@ def _along(facets, directions, receivers, planes, places):
     for axis in range(2):
         at[r, axis] = np.clip(linear(affine[axis], nearest[r], x.take(r), y.take(r)), 0.0, 1.0)
     hits = _described(facets, facet, at, reached, sign[:, None] * ray, cosine, receivers)
+    hits.facet[receivers.under] = CONTACT
     hits.facet[_in_contact(facets, facet, reached, ray, receivers)] = CONTACT
     return hits
 

@@ -38,16 +38,10 @@ class Cuts:
         self.touched = self.lists.number > 0
         self.third = self._thirds()
 
-    def _given(self, facet):
-        """(n, 4, 3) m of facets (n,), where their shapes are given, not parted into layers."""
-        facets = self.facets
-        moved = facets.moved[facets.shape[facet], None] * facets.normal[facet]
-        return facets.corners(facet) - moved[:, None]
-
     def _meet(self, facet, corners):
         """(n,) Whether facets (n,) meet triangles, corners (n, 3, 3) m about the facets' centre; (n,) whether they run
         through them, as far as their planes tell."""
-        given, height = self._given(facet), self._height(facet, corners)
+        given, height = self.facets.given(facet), self._height(facet, corners)
         meets = (corners.min(axis=1) <= given.max(axis=1) + self.reach).all(axis=1)
         meets &= (corners.max(axis=1) >= given.min(axis=1) - self.reach).all(axis=1)
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -70,17 +64,8 @@ class Cuts:
         share = np.divide(one, one - other, out=np.zeros(across.shape), where=across)[..., None]
         rows, columns = np.nonzero(across)
         met = (places + share * (others - places))[rows, columns]
-        across[rows, columns] = self._within(facet[rows], met)
+        across[rows, columns] = self.facets.within(facet[rows], met)
         return across
-
-    def _within(self, facet, points):
-        """(n,) Whether points (n, 3) m in the planes of facets (n,) are within their outlines."""
-        facets = self.facets
-        u, v, normal, at = facets.u[facet], facets.v[facet], facets.normal[facet], points - facets.origin[facet]
-        s, t = (np.einsum("ni,ni->n", np.cross(a, b), normal) for a, b in ((at, v), (u, at)))
-        area = np.einsum("ni,ni->n", np.cross(u, v), normal)
-        most = np.where(facets.triangle[facet], s + t, np.maximum(s, t))
-        return (s >= 0) & (t >= 0) & (most <= area)
 
     def apart(self, part, at):
         """(h, 3) Whether anything is between places at (h, 2) on parts (h,) and what each of their corners stands
@@ -106,16 +91,15 @@ class Cuts:
 
     def _thirds(self):
         """(T, 3, 3) m: middles of the thirds of parts for which each corner stands, nearer to it where what runs
-        through is between the two."""
-        corners = self.points
-        out = corners / 2 + corners.mean(axis=1, keepdims=True) / 2
+        through is between it and the part's middle: half way to that."""
+        corners, middle = self.points, self.points.mean(axis=1, keepdims=True)
         which, facet = self.lists.of(np.flatnonzero(self.touched))
         which = np.flatnonzero(self.touched)[which]
-        across = self.between(facet, corners[which], out[which])
-        one, other = (self._height(facet, a[which]) for a in (corners, out))
-        share = np.ones(out.shape[:2])
-        np.minimum.at(share, which, np.where(across, one / np.where(across, one - other, 1) / 2, 1.0))
-        return corners + share[..., None] * (out - corners)
+        across = self.between(facet, corners[which], middle[which])
+        one, other = (self._height(facet, a[which]) for a in (corners, middle))
+        share = np.ones(corners.shape[:2])
+        np.minimum.at(share, which, np.where(across, one / np.where(across, one - other, 1), 1.0))
+        return corners + share[..., None] * (middle - corners) / 2
 
     def parted(self, begin, group):
         """Groups (t, 3) of the corners of parts from begin on -> groups (t, 3), those that anything meets as many as
@@ -160,7 +144,7 @@ class Cuts:
             a, b = third[one[pair]][:, None], third[other[pair]][:, None]
             cut = self.between(facet, a, b)[:, 0]
             on = [np.abs(self._height(facet, end)[:, 0]) <= self.reach for end in (a, b)]
-            cut |= (on[0] != on[1]) & self._within(facet, np.where(on[0][:, None], a[:, 0], b[:, 0]))
+            cut |= (on[0] != on[1]) & self.facets.within(facet, np.where(on[0][:, None], a[:, 0], b[:, 0]))
             out[pair[cut]] = True
         return out
 

@@ -12,7 +12,6 @@ from ..at_once import CACHED, slices
 from ..closed_forms import dot, kernel, ways
 from ..tolerances import FAINT, TINY
 from .bundles import NOTHING, along, flat_faces
-from .feet import under_bodies
 from .grid import batches
 from .perspective import seen_from
 from .tally import Tally, unseen
@@ -49,7 +48,6 @@ class Shares:
         self.seen = np.zeros((2, len(sources)))
         self.many = len({id(source.whole) for source in sources}) > MANY
         self.in_turn = facets.count <= NOT_DEAR and not self.many  # whether nodes next to each other see other points
-        self.under = under_bodies(facets)
 
     def at(self, receivers, tolerance, relative, points, sets=(0,)):
         """Generator with a sign of life a bundle; returns factor (n, k, 3), error (n,) of the light, and lost (n,),
@@ -59,14 +57,13 @@ class Shares:
         unhidden, where that is more; points: of a source, at first and at most; sets (j,): of these, which
         the j places of a node see, and those of the next node others: of several what is seen is usual from then on,
         but not where colours are read, lest one place hang on the others."""
-        n, under = len(receivers), self.under(receivers)
-        many, learns = self.many, len(sets) > 1
+        n, many, learns = len(receivers), self.many, len(sets) > 1
         sets = np.zeros(1, int) if many else np.array(sets)  # of many some are too bright and some too dark
         tolerance = np.broadcast_to(tolerance, n)
         factor = np.zeros((n, len(self.sources), 3), np.float32)
         error2, total, lost = np.zeros((3, n))
         for k, source in enumerate(self.sources):
-            factor[:, k] = (yield from self._unoccluded(source, receivers, under))[:, None]
+            factor[:, k] = (yield from self._unoccluded(source, receivers))[:, None]
             total += factor[:, k, 0] * source.colour.max()
         for k, source in enumerate(self.sources):
             if not source.shadows:
@@ -111,9 +108,9 @@ class Shares:
         """Generator with a sign of life a bundle; returns factor (n, k, 3) as `at` does, each receiver's share told by
         a few of many points of a source, others for each, of MANY of more sources, the likelier the more they give:
         right in the mean of several, not of each."""
-        whole, under = np.zeros((len(receivers), len(self.sources)), np.float32), self.under(receivers)
+        whole = np.zeros((len(receivers), len(self.sources)), np.float32)
         for k, source in enumerate(self.sources):
-            whole[:, k] = yield from self._unoccluded(source, receivers, under)
+            whole[:, k] = yield from self._unoccluded(source, receivers)
         whole *= _taken(whole * [source.colour.sum() for source in self.sources])
         factor = np.repeat(whole[:, :, None], 3, axis=2)
         for k, source in enumerate(self.sources):
@@ -159,7 +156,7 @@ class Shares:
             yield
         return np.where(some_shine[:, None], got.reshape(n, few, -1).sum(axis=1) / few, 1.0)
 
-    def _unoccluded(self, source, receivers, under):
+    def _unoccluded(self, source, receivers):
         points, out = receivers.points + self.facets.centre, np.zeros(len(receivers))
         for part in slices(len(out), CACHED // 2):
             out[part] = source.unoccluded(points[part], receivers.normals[part])
@@ -168,7 +165,7 @@ class Shares:
         # what a shining ball's inner side gives itself is met by rays
         out[(own >= 0) & (own == source.skip) & ~(receivers.inside & source.is_spot)] = 0.0
         out[source.against(points, flat_faces(self.facets, receivers))] = 0.0
-        out[under] = 0.0
+        out[receivers.under] = 0.0
         if source.receivers is not None:
             out[~np.append(source.receivers, True)[receivers.surface]] = 0.0  # the last in free space
         return out

@@ -25,6 +25,7 @@ class Placed(Receivers):
         flat, rest = np.flatnonzero(which >= 0), np.flatnonzero(which < 0)
         out[flat] = facets.planes.inset(which[flat], out[flat], least)
         normal[flat] = faces[flat] = sign[flat, None] * facets.planes.normal[which[flat]]
+        facet, foot = facets.first[shape], out.copy()
         given = {"normals": normals, "middle": middle, "triangle": triangle}
         for k, some in runs_of(surface[rest]):
             some = rest[some]
@@ -33,10 +34,12 @@ class Placed(Receivers):
             *there, at = thing.receiving(out[some], scene.sign[k], least, **told)
             if at is not None:
                 there[:2] = beside(facets).lifted(thing, at, *there)
+                facet[some], foot[some] = facet[some] + at[0], at[1]
             out[some], normal[some], faces[some] = there
+        under = facets.lying.covers(facet, foot - facets.centre, faces)
         out += (facets.moved[shape] * sign)[:, None] * normal
         start = np.where((own < 0) | inside, facets.tolerance, -CLEAR * facets.tolerance)
-        super().__init__(out - facets.centre, normal, own, start, inside, surface, faces)
+        super().__init__(out - facets.centre, normal, own, start, inside, surface, faces, under)
         self.exact = out
 
     def reorder(self, index):

@@ -5,11 +5,13 @@ import copy
 import numpy as np
 
 from ..scene import Light
+from ..shapes.mesh import Mesh
 from ..tolerances import FLUSH, KEPT
 from .bundles import AGAINST
-from .flush import Flush
 from .lamp_parts import parted
 
+# barycentric coordinates of places all over a triangle, by which it is told that all of it is covered
+ASKED = np.array([(a, b, 8 - a - b) for a in range(9) for b in range(9 - a)]) / 8 * 0.99 + 0.01 / 3
 OF_PARTS = 1024  # points that tell a part's mean of emission that varies
 BROAD = 2.0  # times the mean emission of all surfaces: what is no brighter fills enough of what is seen for rays
 
@@ -58,10 +60,9 @@ class Emitter(Source):
         self.tolerance = facets.tolerance
         layer = facets.moved[scene.shape_of[index]]  # m; what lies over it, in its plane, hides it
         self.offset = layer * self.whole.normal if layer else np.zeros(3)
-        own = scene.shape_of[index]
-        self.flush = Flush(facets, own) if scene.shapes[own].is_mesh and facets.flush.size else None
-        if part is None and self.flush:
-            self.shape = self.flush.shown(whole, scene.sign[index])
+        self.facets = facets
+        if part is None and whole.is_mesh and len(facets.lying):
+            self.shape = self._shown()
 
     @property
     def sizes(self):
@@ -101,10 +102,27 @@ class Emitter(Source):
         # a triangle shines as its own plane looks, however it is shaded
         normals = self.surface.sign * self.shape.face_normals(points)
         off = np.full(len(points), min(self.shape.lift, FLUSH * self.tolerance))  # no further than what touches it
-        if self.flush:
-            off[self.flush.hides(points, normals)] = -KEPT * self.tolerance  # behind its own face
-        places = points + off[:, None] * normals + self.offset
+        hidden = self._covered(points, normals)
+        off[hidden] = -KEPT * self.tolerance  # behind what lies on it
+        places = points + off[:, None] * normals + np.where(hidden[:, None], 0.0, self.offset)
         return places, normals, self.shape.area_shares(points)
+
+    def _covered(self, points, normals):
+        """(n,) Whether something lies on it at points (n, 3) m, on the side that normals (n, 3) look to."""
+        facets, shape = self.facets, self.surface.shape
+        if not len(facets.lying):
+            return np.zeros(len(points), bool)
+        triangle = shape.nearest(points)[0] if shape.is_mesh else 0
+        facet = np.full(len(points), facets.first[facets.scene.shape_of[self.index]]) + triangle
+        return facets.lying.covers(facet, points - facets.centre, normals)
+
+    def _shown(self):
+        """Of a Mesh that part which is not covered all over; as it is where none is left."""
+        mesh = self.whole
+        places = np.einsum("pk,tki->tpi", ASKED, mesh.corners).reshape(-1, 3)
+        hidden = self._covered(places, np.repeat(self.surface.sign * mesh.triangle_normals, len(ASKED), axis=0))
+        left = ~hidden.reshape(-1, len(ASKED)).all(axis=1)
+        return mesh if left.all() or not left.any() else Mesh.of(mesh.corners[left])
 
     @property
     def is_tinted(self):

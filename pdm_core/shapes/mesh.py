@@ -121,10 +121,14 @@ class Mesh(Shape):
         return self.vertices[used]
 
     @cached_property
+    def middle(self):
+        """(3,) m, the centroid of its area: of a sheet in its plane, as that of its box need not be."""
+        return self.areas @ self.corners.mean(axis=1) / self.area
+
+    @cached_property
     def marks(self):
         p, q, r = (self.vertices[self.triangles[:, k]] for k in range(3))
-        middle = (p + q + r) / 3
-        centre = self.areas @ middle / self.area
+        middle, centre = (p + q + r) / 3, self.middle
         spread = np.sqrt(self.areas @ ((middle - centre) ** 2).sum(axis=1) / self.area)
         volume = np.einsum("ti,ti->", self._area_vectors, p - centre) / 3
         front = self._area_vectors.sum(axis=0) / np.sqrt(self.area) + volume / self.area * np.array([0.3, 0.5, 0.8])
