@@ -19,8 +19,7 @@ LINES = 2  # cuts along each edge at most, at contacts; as many rims of gaps, ea
 NARROW = 0.1  # width of a gap, of the other plane's radius, up to which a chart ends at its rim
 STRIP, THIN = 8.0, 0.03  # widths of strips along rims, of the gap, and of a gap that has them, of the planes' radii
 ALIGNED, APART = 1e-5, 2e-4  # of the edges: how far from straight along the chart, and how near each other, rims are
-NUDGE = 1e-7, 1e-2  # of its edges: how far points on a plane's border are moved inwards, off the neighbour's plane
-JUMP = 2.5  # times that: off a line where light jumps
+JUMP = 2.5  # times what points keep from a border: off a line where light jumps
 ROOM = 8.0  # times that: between lines, and between them and a border, where there are to be points
 FACING = 0.7  # least cosine between planes that have a gap between them; others stand on each other
 
@@ -48,7 +47,7 @@ class Charts:
 def charts_of(scene):
     """The Charts of a scene, found once."""
     if "_charts" not in scene.__dict__:
-        border = _border(scene)
+        border = contacts_of(scene).border
         parts = zip(_rims(scene), _contact_lines(scene, border))
         surface, axis, at, weight = (np.concatenate(part) for part in parts)
         line, jump = 2 * surface + axis, np.isfinite(weight)
@@ -60,13 +59,6 @@ def charts_of(scene):
         shape = (len(scene), 2, CHARTS + 1)
         object.__setattr__(scene, "_charts", Charts(cuts.reshape(shape), jumps.reshape(shape), border))
     return scene._charts
-
-
-def _border(scene):
-    """(n surfaces, 2): of planes' edges, what points keep from them."""
-    linear = np.array([s.shape.linear for s in scene.surfaces])
-    edges = np.maximum(np.linalg.norm(linear[:, :, :2], axis=1), 1e-300)
-    return np.clip(contacts_of(scene).apart / edges, *NUDGE)
 
 
 def _chosen(line, at, jump, weight, border):

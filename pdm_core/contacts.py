@@ -18,9 +18,11 @@ from .in_depth import against_dome
 from .layers import bodies, lifted, rounded, side_of, welded
 from .scene import Scene
 from .shape_table import ShapeTable
-from .shapes.shape import bounds_of, box_of, tolerance_of
+from .shapes.shape import PARALLEL, bounds_of, box_of, tolerance_of, unit
 from .tolerances import CLEAR
+from .wedges import Rays, Wedges, edges, feet, to_border, within
 
+NUDGE = 1e-7, 1e-2  # of its shorter edge, of each at most: what points keep from a plane's border, off the next plane
 PARTED = 256.0  # tolerances between layers: seen at a slant, edges are told apart by ten
 BESIDE = 1e-2  # of its radius: a ball whose middle is no further from a plane has no side of it
 
@@ -53,62 +55,89 @@ class Contacts:
         out = np.zeros(len(points), bool)
         point, shape = entries(self.covers, surface)
         if len(point):
-            local, edges = self._local(points[point], shape), self.planes.edges[self.planes.number[shape]]
-            margin = CLEAR / 2 * self.tolerance / edges
-            inside = (np.abs(local - 0.5) < 0.5 - margin).all(axis=1)
-            half = self.planes.half[self.planes.number[shape]]
-            inside &= ~half | (local.sum(axis=1) < 1 - margin.sum(axis=1))
+            inside = within(self.planes, self.planes.number[shape], points[point], CLEAR / 2 * self.tolerance)
             out[point[inside]] = True
         return out
 
     def clear(self, points, surface):
-        """points (n, 3) m on surfaces (n,): those that lie on another plane moved off it, to its front; those
-        covered moved before what covers them: nobody sees them, and light that goes on as if they were seen is smooth.
-        """
+        """points (n, 3) m on surfaces (n,): those at the feet of others on planes moved into the open between these,
+        see wedges, as far as points keep from borders; balls' off planes that they touch; those covered moved before
+        what covers them: nobody sees them, and light that goes on as if they were seen is smooth."""
+        point, shape = entries(self.stands, self.scene.shape_of[surface])
+        if len(point):
+            points, flat = points.copy(), self.planes.flat[self.scene.shape_of[surface[point]]]
+            self._off_planes(points, surface, point[~flat], shape[~flat])
+            self._into_the_open(points, surface, point[flat], self.planes.number[shape[flat]])
         if (dark := self.covered(points, surface)).any():
             points = points.copy()
             points[dark] += self.apart * self._normals(surface[dark])
-        own = self.scene.shape_of[surface]
-        point, shape = entries(self.stands, own)
-        if not len(point):
-            return points
-        near = CLEAR * self.tolerance
-        toward = self._toward(own[point], shape)
-        planes, k = self.planes, self.planes.number[shape]
-        normal = toward[:, None] * planes.normal[k]
-        height = np.einsum("ni,ni->n", points[point] - planes.corners[k, 0], normal)
-        local = self._local(points[point], shape)
-        on = (np.abs(height) < near) & (np.abs(local - 0.5) - 0.5 < near / planes.edges[k]).all(axis=1)
-        on &= ~planes.half[k] | (local.sum(axis=1) - 1 < (near / planes.edges[k]).sum(axis=1))
-        point, height, normal = point[on], height[on], normal[on]
-        # along its own plane; off a ball, which touches the other plane in one point, straight
-        flat = planes.flat[own[point]][:, None]
-        own_normal = np.where(flat, self._normals(surface[point]), 0.0)
-        along = normal - np.einsum("ni,ni->n", normal, own_normal)[:, None] * own_normal
-        step = ((near - height) / np.einsum("ni,ni->n", along, along))[:, None] * along
-        points = points.copy()
-        np.add.at(points, point, step)
         return points
 
-    def _toward(self, own, shape):
-        """(n,) +1 or -1: to which side of planes, shapes (n,), points on shapes own (n,) are to be moved that lie in
-        them: the one that all of a plane is on, or the middle of a ball; where they cross the lit one."""
-        planes, k, flat = self.planes, self.planes.number[shape], self.planes.flat[own]
-        height = np.einsum("ni,ni->n", planes.middle[own] - planes.corners[k, 0], planes.normal[k])
-        beside = np.abs(height) > BESIDE * planes.radius[own]
-        ends = planes.corners[planes.number[own[flat]]] - planes.corners[k[flat], :1]
-        ends = np.einsum("nci,ni->cn", ends, planes.normal[k[flat]])
-        beside[flat] = np.maximum(ends.min(axis=0), -ends.max(axis=0)) > -CLEAR * self.tolerance
-        return np.where(beside, np.sign(height), planes.lit[k])
+    def _off_planes(self, points, surface, point, shape):
+        """Moves those of points (n, 3) m on balls' surfaces (n,) that lie on planes, pairs (point, shape) (e,), to the
+        side that the ball's middle is on; where it is on neither, to the lit one."""
+        near, planes, k = CLEAR * self.tolerance, self.planes, self.planes.number[shape]
+        ball = self.scene.shape_of[surface[point]]
+        middle = np.einsum("ni,ni->n", planes.middle[ball] - planes.corners[k, 0], planes.normal[k])
+        beside = np.abs(middle) > BESIDE * planes.radius[ball]
+        normal = np.where(beside, np.sign(middle), planes.lit[k])[:, None] * planes.normal[k]
+        height = np.einsum("ni,ni->n", points[point] - planes.corners[k, 0], normal)
+        on = (np.abs(height) < near) & within(planes, k, points[point], -near)
+        np.add.at(points, point[on], (near - height[on])[:, None] * normal[on])
+
+    def _into_the_open(self, points, surface, point, k):
+        """Moves those of points (n, 3) m on planes' surfaces (n,) that others stand at, pairs (point, plane k) (e,)."""
+        some, place = np.unique(point, return_inverse=True)
+        surface, place = surface[some], place.reshape(-1)
+        own, normals = self.planes.number[self.scene.shape_of[surface]], self._normals(surface)
+        keeps = self.keeps[surface]
+        at, end = to_border(self.planes, own, points[some], self.border[surface])
+        place, k = self._standing(at, own, normals, place, k)
+        shows = (1 + (self.planes.lit[:, None] * (1, -1) > 0)) * (self.scene.sides[self.planes.index] >= 0)
+        rays = feet(self.planes, shows, at, normals, (place, k), CLEAR * keeps, self.apart)
+        tip = at[rays.point] + CLEAR * keeps[rays.point, None] * rays.direction
+        parted = np.unique(rays.point[within(self.planes, own[rays.point], tip, keeps[rays.point])])
+        if not len(parted):
+            return
+        rays = rays.take(np.isin(rays.point, parted))
+        first = unit(self.planes.corners[own, 1] - self.planes.corners[own, 0])
+        wedges = Wedges(Rays.of(rays, edges(self.planes, own, end, normals, parted)), normals, first)
+        which = wedges.point
+        there = at[which] + (keeps[which] / wedges.lean)[:, None] * wedges.middle
+        wide = within(self.planes, own[which], there, 0.0) & (wedges.width > PARALLEL)
+        best = wedges.best(4 * wide + 2 * ~self.covered(there, surface[which]) + (wedges.shown > 0))
+        best = best[wide[best]]
+        points[some[which[best]]] = there[best]
+
+    def _standing(self, points, own, normals, point, k):
+        """Of pairs (point, plane k) (e,) those where the plane goes through the point, of points (n, 3) m on planes own
+        (n,), and is not all behind the surface there, normals (n, 3)."""
+        planes, at = self.planes, points[point]
+        height = np.einsum("ni,ni->n", at - planes.corners[k, 0], planes.normal[k])
+        on = np.flatnonzero((np.abs(height) < self.apart) & within(planes, k, at, -self.apart))
+        point, k = point[on], k[on]
+        offset = planes.corners[k] - planes.corners[own[point], :1]
+        above = np.einsum("nci,ni->nc", offset, normals[point]).max(axis=1) > self.apart
+        return point[above], k[above]
+
+    @cached_property
+    def keeps(self):
+        """(n surfaces,) m; what points keep from their planes' borders and from what stands there: as far from all, as
+        light differs by the direction that a corner is come near from; 0 of balls."""
+        shorter = np.zeros(len(self.scene.shapes))
+        shorter[self.planes.index] = np.maximum(self.apart, NUDGE[0] * self.planes.edges.min(axis=1))
+        return shorter[self.scene.shape_of]
+
+    @cached_property
+    def border(self):
+        """(n surfaces, 2): of planes' edges, what points keep from their borders; 0 of balls."""
+        edges = np.ones((len(self.scene.shapes), 2))
+        edges[self.planes.index] = self.planes.edges
+        return np.minimum(self.keeps[:, None] / edges[self.scene.shape_of], NUDGE[1])
 
     def _normals(self, surface):
         """Unit normals (n, 3) of surfaces (n,) on planes."""
         return self.scene.sign[surface][:, None] * self.planes.normal[self.planes.number[self.scene.shape_of[surface]]]
-
-    def _local(self, points, shape):
-        """Positions (n, 2) of points (n, 3) m along the edges of planes, shapes (n,)."""
-        planes, k = self.planes, self.planes.number[shape]
-        return np.einsum("nij,nj->ni", planes.inverse[k, :2], points - planes.corners[k, 0])
 
     @cached_property
     def shells(self):

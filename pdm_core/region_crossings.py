@@ -10,7 +10,7 @@ import numpy as np
 
 from .closed_forms import cross, divide, dot
 from .sinusoids import LEAVE_ENTER, TURN, crosses, crossings, levels, positive
-from .tolerances import ROUNDING
+from .tolerances import ROUNDING, TINY
 
 ASIDE = 0.4323  # where a piece of an outline is tested against an elliptic cone
 INNER, OUTER, BOTH = range(3)
@@ -101,7 +101,8 @@ def edges_in_planes(edges, planes, tilt, nudge, first=False):
     along = np.einsum("ikm,iem->kem", planes, normals)
     shift = {INNER: along, OUTER: -along, BOTH: -np.abs(along)}[nudge]
     shift = np.where(first, np.abs(along), shift)
-    shift = shift * (tilt[:, None] + own)
+    turn = tilt[:, None] + own
+    shift = np.where(along**2 > 1 - TINY - turn**2, shift * turn, 0.0)
     a, b = (np.einsum("ikm,iem->kem", planes, r) + shift * np.sqrt(dot(r, r)) for r in (p, q))
     t = divide(a, a - b)
     start = np.where((a < 0) & (b >= 0), t, 0.0).max(axis=0)

@@ -121,8 +121,8 @@ class Shafts:
         return _stacked(lists)
 
     def for_pairs(self, points, a, b):
-        """As candidates, for many points (n, 3) m on surfaces a (n,): those of one surface that lie near each other
-        share their candidates."""
+        """As candidates, for many points (n, 3) m on surfaces a (n,), none of them covered: those of one surface that
+        lie near each other share their candidates."""
         if not len(a) or (not self.obstacle.any() and (a >= 0).all()):
             return np.zeros((len(a), 0), int)
         cell = np.floor((points - points.min(axis=0)) / (NEAR * self.scene.size)).astype(np.int64)
@@ -136,7 +136,14 @@ class Shafts:
         np.maximum.at(radius, group, np.linalg.norm(points - centre.take(group, axis=0), axis=1))
         pair, back = np.unique(group * len(self.shape) + b, return_inverse=True)
         group, b = pair // len(self.shape), pair % len(self.shape)
-        return self.candidates(a[first[group]], b, [centre[group], radius[group]]).take(back.reshape(-1), axis=0)
+        hidden = self.candidates(a[first[group]], b, [centre[group], radius[group]]).take(back.reshape(-1), axis=0)
+        return self.not_against(a, hidden)
+
+    def not_against(self, a, occluders):
+        """Of candidates (n, k) for points on surfaces a (n,) those that do not lie against these: they hide nothing but
+        what they cover, and stand out only as they have been parted."""
+        against = self.against[a[:, None], occluders] & (a >= 0)[:, None]
+        return np.where(against, -1, occluders)
 
     def in_view(self, points, normals, corners, occluders):
         """Of candidates (n, k) those that points (n, 3) with normals (n, 3) may see before polygons (n, 4, 3)."""
@@ -240,6 +247,8 @@ class Factors:
         own = np.where(surface >= 0, self.shafts.shape[surface], -1)
         occluders = np.tile(np.arange(len(self.scene.shapes)), (len(points), 1))
         occluders[occluders == own[:, None]] = -1  # a convex shape hides nothing from its own points
+        bare = np.flatnonzero(~contacts_of(self.scene).covered(points, surface))
+        occluders[bare] = self.shafts.not_against(surface[bare], occluders[bare])
         open_air = np.flatnonzero(~((surface >= 0) & self.shafts.inside[surface]))
         out = np.zeros(len(points))
         x, n, nowhere = points[open_air], normals[open_air], np.full(len(open_air), -1)

@@ -32,10 +32,12 @@ def _along_edges(n, region, start, end, hidden):
     """Contour integral (m,) over the parts [start, end] (e, m) of the regions' edges outside the hidden intervals."""
     p, d = region.p, region.q - region.p
     c = cross(p, region.q)
-    length, pp, pd, dd = np.sqrt(dot(c, c)).ravel(), dot(p, p).ravel(), dot(p, d).ravel(), dot(d, d).ravel()
+    length, dd = np.sqrt(dot(c, c)).ravel(), dot(d, d)
     height = dot(n[:, None], region.planes)[region.on].ravel()
-    row, a, b = gaps(start.ravel(), np.where(dd > 0, end.ravel(), -1.0), *hidden)
-    angle = np.arctan2((b - a) * length[row], pp[row] + (a + b) * pd[row] + a * b * dd[row])
+    row, a, b = gaps(start.ravel(), np.where(dd > 0, end, -1.0).ravel(), *hidden)
+    p, d = (r.reshape(3, -1).take(row, axis=1) for r in (p, d))
+    # between the ends themselves: of edges that end close by what is left of squares of their lengths is rounding
+    angle = np.arctan2((b - a) * length[row], dot(p + a * d, p + b * d))
     return np.bincount(row % n.shape[1], angle * height[row], minlength=n.shape[1])
 
 
