@@ -6,6 +6,7 @@ from ..plan import RAY_MEMORY
 from ..signs_of_life import in_thread
 from .check import SAFETY
 from .direct import FACTOR
+from .engine import RAYS
 from .rows import Traced, directions
 
 MOST_RAYS = 4096  # directions of a point where colours are read
@@ -16,6 +17,7 @@ MOST_FINER = 4  # times as many points of sources at the nodes
 REACHED = 0.95  # of the target: what is worked towards
 STEP = 32  # of directions where colours are read
 SPARE = 1.15  # times as small as its share the error of the nodes' rays becomes: all begin anew, not for a little
+LEAST_MORE = 1.5  # times more directions at once where colours are read, or fewer: each time they are looked at anew
 MOST_MORE = 8.0, 3.0  # how many times more directions at once where colours are read, and of the nodes, as few tell it
 HALVED = 0.7  # of the error of cells, what halves of them leave
 HELPS = 0.9  # of the square of the error: what is left at most where it is worth a round
@@ -33,7 +35,7 @@ def improve(check):
     excess = excess_of(parts, state.target, stuck)
     if excess["rays"] > 1 and state.read < MOST_RAYS:
         more = state.read * excess["rays"] ** (1 / POWER)
-        more = STEP * np.ceil(np.clip(more, 1.5 * state.read, MOST_MORE[0] * state.read) / STEP)
+        more = STEP * np.ceil(np.clip(more, LEAST_MORE * state.read, MOST_MORE[0] * state.read) / STEP)
         state.read = int(min(more, MOST_RAYS))
         did = True
     if excess["shadows"] > 1 and state.told > LEAST_TOLD:
@@ -56,6 +58,18 @@ def improve(check):
         yield from lit.extend(state, np.full(len(state.nodes), -1))
         state.changed = True
     return did or again or count is not None
+
+
+def fewer_directions(check):
+    """How many directions do where colours are read, as far as the other parts of the error leave room; None where
+    that is hardly fewer: what few rays told may have asked for too many, and there are more places to read than nodes.
+    """
+    state, rays = check.state, check.parts["rays"]
+    others = sum(v * v for k, v in check.parts.items() if k != "rays")
+    may = np.sqrt(max((REACHED * state.target / SAFETY) ** 2 - others, rays**2))
+    fewer = STEP * np.ceil(state.read * (rays / max(may, 1e-300)) ** (1 / POWER) / STEP)
+    fewer = int(max(fewer, min(RAYS, state.read)))
+    return fewer if LEAST_MORE * fewer < state.read else None
 
 
 def excess_of(parts, target, stuck=0.0):

@@ -17,7 +17,7 @@ from .engine import RayState
 from .idle import idle_of
 from .kept import KeptRays, check_light
 from .placed import read_places
-from .refinement import excess_of, improve
+from .refinement import excess_of, fewer_directions, improve
 from .rims import closed
 from .where import nodes_near
 
@@ -133,10 +133,28 @@ class RayApproach:
             if self.best is None or check.error <= self.best.error:
                 self.best = RaySolution(check, self.plan)
                 yield  # while no thread is at work
-            if check.error <= self.target or turn == ROUNDS - 1 or poor == POOR:
+            if check.error <= self.target:
+                yield from self._read_by_fewer()
+                return
+            if turn == ROUNDS - 1 or poor == POOR:
                 return
             if not (yield from improve(check)):
                 return
+
+
+    def _read_by_fewer(self):
+        """The best with as many directions where colours are read as the target asks for; yields."""
+        fewer = fewer_directions(self.check)
+        if fewer is None:
+            return
+        state = copy.copy(self.state)
+        state.read = fewer
+        check = copy.copy(self.check)
+        check.state = state
+        yield from check.measure()
+        if check.error <= self.target:
+            self.check, self.best = check, RaySolution(check, self.plan)
+            self.history.append((self.elapsed(), check.error))
 
 
 def ray_steps(scene, target_error, time_limit, why, enough=lambda: False):
