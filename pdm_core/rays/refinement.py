@@ -67,7 +67,7 @@ def fewer_directions(check):
     state, rays = check.state, check.parts["rays"]
     others = sum(v * v for k, v in check.parts.items() if k != "rays")
     may = np.sqrt(max((REACHED * state.target / SAFETY) ** 2 - others, rays**2))
-    fewer = STEP * np.ceil(state.read * (rays / max(may, 1e-300)) ** (1 / POWER) / STEP)
+    fewer = STEP * np.ceil(state.read * rays / max(may, 1e-300) / STEP)  # not as few as by POWER, lest it be in vain
     fewer = int(max(fewer, min(RAYS, state.read)))
     return fewer if LEAST_MORE * fewer < state.read else None
 
