@@ -141,7 +141,6 @@ class RayApproach:
             if not (yield from improve(check)):
                 return
 
-
     def _read_by_fewer(self):
         """The best with as many directions where colours are read as the target asks for; yields."""
         fewer = fewer_directions(self.check)
