@@ -53,7 +53,8 @@ class MeshReceiving:
         corners, inside = mesh.corners[triangle], inner(bary)
         foot, place = (np.einsum("nk,nki->ni", a, corners) for a in (bary, inside))
         place += self._inward(triangle, inside, least)
-        lift = np.maximum(LIFTED * np.sqrt(mesh.areas[triangle]), least)
+        bent = np.linalg.norm(flat - smooth, axis=1)  # of flat faces none: what is thin is not lifted through
+        lift = np.maximum(LIFTED * bent * np.sqrt(mesh.areas[triangle]), least)
         # off the face, or along the light's own normal where faces meet in a ridge
         return place + lift[:, None] * (flat + smooth) / 2, smooth, flat, (triangle, foot)
 

@@ -116,3 +116,16 @@ def test_light_before_a_plank_on_a_mesh_is_not_of_what_is_under_it(place):
     )
     about = (third[:, 0] > 1.0) & (third[:, 0] < 1.5) & (corner[:, 1] < 0.49) & (corner[:, 1] > 0)
     assert about.any() and (third[about, 1] < 0.49).all()
+
+
+@pytest.mark.parametrize("thick", [20, 100])
+def test_a_partition_as_thin_as_few_tolerances_is_dark_within(place, thick):
+    """Points of its inside were lifted off by a part in 10,000 of its size, out of it, and took the light outside."""
+    wall = Plane(place((0, 0, 0)), place.turn @ (4, 0, 0), place.turn @ (0, 3, 0))
+    tolerance = Scene([Surface(wall)], rounding=2**-24).tolerance
+    vertices, faces = box((0, 0, 0), (4, 3, thick * tolerance))
+    partition = Mesh(place(vertices), faces, False)
+    scene = Scene([Surface(partition, 0.5), Surface(partition, 0.5, 0, "back")], 1.0, rounding=2**-24)
+    at, solution = place([(1, 1, 0), (2.2, 1.7, 0), (3, 2, thick * tolerance)]), by_rays(scene)
+    np.testing.assert_allclose(solution.incident(np.zeros(3, int), at), 1.0, atol=1e-3)
+    np.testing.assert_array_equal(solution.incident(np.ones(3, int), at), 0.0)
