@@ -5,7 +5,9 @@ import pytest
 from places import Place
 
 from pdm_core import Plane, Scene, Surface
+from pdm_core.links.approach import link_steps
 from pdm_core.links.transport import Transport
+from pdm_core.signs_of_life import finish
 
 PLACES = [Place(), Place(0.3), Place(0.7, (10, 20, 3))]
 CRATES = {  # and the floor's vertices at their feet, each with the direction of the open there
@@ -134,3 +136,44 @@ def test_rows_close_at_any_distance_from_a_foot(kind, sides, rounding):
                 out &= ~inside.all(axis=1)
             rows = seen(transport, FLOOR, place(points[out]), read=False)[0]
             assert np.abs(rows.sum(axis=1) - 1).max() < (0.03 if far < 100 else 2e-3)
+
+
+@pytest.mark.parametrize("kind", ["edge on side", "against a wall"])
+def test_white_crates_that_touch_are_a_furnace_to_their_feet(kind):
+    """1.95 for 1 at a foot; light was said to come from nothing where they ran through others: they only touch."""
+    place = PLACES[1]
+    surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.95, emission=0.05)
+    for low, high in CRATES[kind][0]:
+        surfaces += place.box(low, high, sides=BOTH, reflectance=0.95, emission=0.05)
+    solution = finish(link_steps(Scene(surfaces), 0.02, None))
+    feet = place([np.append(p, 0.0) for p, _ in CRATES[kind][1]])
+    assert not solution.warnings and solution.error < 5e-3
+    assert solution.radiance(FLOOR, feet) == pytest.approx(1, abs=1e-3)
+
+
+SHEETS = {  # corner, u, v of each, on the floor's vertices at their feet, and the open there
+    "partition": ([((2, 1, 0), (0, 2, 0), (0, 0, 2))], [((2, 1), (0, -1)), ((2, 3), (0, 1)), ((2, 2), (1, 0))]),
+    "tee": (
+        [((2, 0, 0), (0, 3, 0), (0, 0, 2)), ((2, 1.5, 0), (1, 0, 0), (0, 0, 1.5))],
+        [((2, 1.5), (-1, 0)), ((3, 1.5), (1, 0)), ((2, 0), (1, 1))],
+    ),
+    "cross": (
+        [((2, 1, 0), (0, 2, 0), (0, 0, 2)), ((1, 2, 0), (2, 0, 0), (0, 0, 1.5))],
+        [((2, 2), (1, -1)), ((3, 2), (1, 0))],
+    ),
+    "leaning": ([((2, 1, 0), (0, 2, 0), (1, 0, 2))], [((2, 3), (0, 1)), ((2, 2), (1, 0))]),
+    "carpet": ([((1, 1, 0), (2, 0, 0), (0, 2, 0))], [((1, 1), (-1, -1)), ((2, 1), (0, -1)), ((3, 2), (1, 0))]),
+}
+
+
+@pytest.mark.parametrize("kind", SHEETS)
+def test_a_vertex_at_a_sheet_sees_what_is_seen_from_one_side_of_it(kind):
+    """At a partition's end it was as from one side, a quarter off; at a carpet's rim half of the sky was hidden."""
+    at, open_ = (np.array([np.append(p[k], 0.0) for p in SHEETS[kind][1]]) for k in (0, 1))
+    for place in PLACES:
+        surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True)
+        transport = Transport(Scene(surfaces + [s for sheet in SHEETS[kind][0] for s in place.sheet(*sheet)]))
+        rows, covered = seen(transport, FLOOR, place(at))
+        sides = [seen(transport, FLOOR, place(at + step * open_), read=False)[0] for step in (2e-4, -2e-4)]
+        assert not covered.any()
+        assert (np.min([np.abs(rows - side).sum(axis=1) for side in sides], axis=0) / 2 < 1e-3).all()
