@@ -11,8 +11,9 @@ from .lattice import QUARTERS
 
 
 class CellMeans:
-    """Of parted (PartedCells) k cells, with their places (k, PLACES, 2) on the charts that are seen: node (QUARTERS k,
-    4), weight (QUARTERS k, 4): what is interpolated over each quarter, by the part of a cell's places that it has."""
+    """Of parted (PartedCells) k cells, with their places (k, PLACES, 2) on the charts that are seen: node, basis
+    (QUARTERS k, 4): what is interpolated in the middle of each quarter; weight (QUARTERS k, 4): the same by the part of
+    a cell's places that the quarter has."""
 
     def __init__(self, parted, places):
         lattice = parted.lattice
@@ -20,8 +21,8 @@ class CellMeans:
         own = np.repeat(np.arange(self.count), each)
         quarter = lattice.quarters(lattice.chart[own], places.reshape(-1, 2)) % QUARTERS
         number = np.bincount(QUARTERS * own + quarter, minlength=QUARTERS * self.count)
-        self.node, weight = parted.columns(*lattice.middles(np.arange(QUARTERS * self.count)))
-        self.weight = weight * (number / max(each, 1))[:, None]
+        self.node, self.basis = parted.columns(*lattice.middles(np.arange(QUARTERS * self.count)))
+        self.weight = self.basis * (number / max(each, 1))[:, None]
 
     def interpolated(self, value):
         """value (n >= k, c) at the middles of the cells -> (k, c) means over the cells of what lies between."""

@@ -55,9 +55,11 @@ class Spots:
         node, weight = np.zeros((len(spots), 4), np.int32), np.zeros((len(spots), 4))
         told = self.place[spots]
         if split:
-            chart, middle = nodes.lattice.middles(spots[:split] // SIDES)
-            there = np.where(np.isnan(told[:split]), middle, told[:split])
-            node[:split], weight[:split] = nodes.parted.columns(chart, there)
+            quarter = spots[:split] // SIDES
+            node[:split], weight[:split] = nodes.means.node[quarter], nodes.means.basis[quarter]
+            some = np.flatnonzero(~np.isnan(told[:split, 0]))
+            chart = nodes.lattice.chart[quarter[some] // QUARTERS]
+            node[some], weight[some] = nodes.parted.columns(chart, told[some])
         back, rest = np.divmod(spots[split:] - self.cells, max(self.side, 1))
         part = np.searchsorted(self.first, rest, side="right") - 1
         own, quarter = self.facets.surface[self.meshes.facet[part], back], (rest - self.first[part]) % len(WEIGHTS)
