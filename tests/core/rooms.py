@@ -3,6 +3,7 @@
 import numpy as np
 
 from pdm_core import Mesh, Plane, PointLight, Polygon, Scene, Sphere, Surface
+from pdm_core.links.approach import Approach
 from pdm_core.rays.solution import ray_steps
 from pdm_core.signs_of_life import finish
 
@@ -53,6 +54,11 @@ def mixed_room(grey=0.5, shine=2.0, watts=300.0):
     surfaces = [Surface(shape, grey * np.array([1, 0.8, 0.6])) for shape in shapes]
     lamp = Plane((-0.5, -0.5, 2.9), (0, 1, 0), (1, 0, 0))
     return Scene([*surfaces, Surface(lamp, 0, shine)], lights=[PointLight((2, -2, 2), watts, 0.1)])
+
+
+def transport_of(scene):
+    """The Transport of links, as a solution begins with."""
+    return Approach(scene, 0.01, "").transport
 
 
 def by_rays(scene, target=0.04):

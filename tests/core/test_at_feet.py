@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from places import Place
+from rooms import transport_of
 
 from pdm_core import Plane, Scene, Surface
 from pdm_core.links.approach import link_steps
-from pdm_core.links.transport import Transport
 from pdm_core.signs_of_life import finish
 
 PLACES = [Place(), Place(0.3), Place(0.7, (10, 20, 3))]
@@ -42,7 +42,7 @@ def room(kind, place, sides, rounding, size=(4, 4, 3)):
     if rounding > 2**-50:
         shapes = {id(s.shape): Plane.through(np.float32(s.shape.corners).astype(float)) for s in surfaces}
         surfaces = [Surface(shapes[id(s.shape)], s.reflectance, side=s.side) for s in surfaces]
-    return Transport(Scene(surfaces, rounding=rounding))
+    return transport_of(Scene(surfaces, rounding=rounding))
 
 
 def seen(transport, surface, points, read=True):
@@ -91,7 +91,7 @@ def test_where_two_crates_meet_in_an_edge_a_vertex_sees_one_of_both_sides():
     crates = [((1, 1, 0), (2, 2, 1)), ((2, 2, 0), (3, 3, 0.7))]
     for place in PLACES:
         surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True)
-        transport = Transport(Scene(surfaces + [s for c in crates for s in place.box(*c)]))
+        transport = transport_of(Scene(surfaces + [s for c in crates for s in place.box(*c)]))
         rows = seen(transport, FLOOR, place([(2, 2, 0)]))[0]
         beside = seen(transport, FLOOR, place([(2 + 2e-4, 2 - 2e-4, 0), (2 - 2e-4, 2 + 2e-4, 0)]), read=False)[0]
         assert np.abs(rows - beside).sum(axis=1).min() / 2 < 2e-3
@@ -100,7 +100,7 @@ def test_where_two_crates_meet_in_an_edge_a_vertex_sees_one_of_both_sides():
 def test_what_stands_all_around_a_vertex_leaves_it_dark():
     corners = [(x, y) for x in (1, 2) for y in (1, 2)]
     surfaces = [s for x, y in corners for s in Place(0.3).box((x, y, 0), (x + 1, y + 1, 1))]
-    transport = Transport(Scene(Place(0.3).box((0, 0, 0), (4, 4, 3), inward=True) + surfaces))
+    transport = transport_of(Scene(Place(0.3).box((0, 0, 0), (4, 4, 3), inward=True) + surfaces))
     assert seen(transport, FLOOR, Place(0.3)([(2, 2, 0), (1.5, 2, 0)]))[1].all()
 
 
@@ -172,7 +172,7 @@ def test_a_vertex_at_a_sheet_sees_what_is_seen_from_one_side_of_it(kind):
     at, open_ = (np.array([np.append(p[k], 0.0) for p in SHEETS[kind][1]]) for k in (0, 1))
     for place in PLACES:
         surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True)
-        transport = Transport(Scene(surfaces + [s for sheet in SHEETS[kind][0] for s in place.sheet(*sheet)]))
+        transport = transport_of(Scene(surfaces + [s for sheet in SHEETS[kind][0] for s in place.sheet(*sheet)]))
         rows, covered = seen(transport, FLOOR, place(at))
         sides = [seen(transport, FLOOR, place(at + step * open_), read=False)[0] for step in (2e-4, -2e-4)]
         assert not covered.any()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from places import PLACES, Place
+from rooms import transport_of
 
 from pdm_core import Plane, Scene, SceneError, Sphere, Surface, form_factors, solve
 from pdm_core.contacts import contacts_of, settle
-from pdm_core.links.approach import Approach
 
 
 def mean(solution, index, count=24):
@@ -29,7 +29,7 @@ def test_rows_of_closed_rooms_close_wherever_they_are(furnished):
         surfaces = place.box((0, 0, 0), size * np.array([1, 1.3, 0.8]), inward=True, sides=("front", "back"))
         if furnished:
             surfaces += place.box(size * np.array([0.2, 0.3, 0]), size * np.array([0.5, 0.6, 0.3]))
-        transport = Approach(Scene(surfaces, 1.0 * np.ones(3)), 0.01, "").transport
+        transport = transport_of(Scene(surfaces, 1.0 * np.ones(3)))
         field, everyone = transport.field, np.arange(len(surfaces))
         sums = transport.factors.matrix(field.points, field.normals, field.node_surface, everyone, True).sum(axis=1)
         sums = sums[~field.contacts.covered(field.points, field.node_surface)]  # by the box: they see nothing
@@ -279,7 +279,7 @@ def test_a_wall_close_before_a_point_hides_half_of_the_sky(near, rounding):
     partition = Plane((0, 0, 0), (2, 0, 0), (0, 0, 1))
     sides = [Surface(shape, 0.5, side=side) for shape in (wall, partition) for side in ("front", "back")]
     scene = Scene(sides, 1.0, rounding)
-    factors = Approach(scene, 0.01, "").transport.factors
+    factors = transport_of(scene).factors
     points, normals = np.array([[near * factors.scene.tolerance, 0, 0.5]]), np.array([[0.0, -1, 0]])
     seen = factors.matrix(points, normals, np.array([2]), np.arange(4), True)[0]
     assert seen[0] == pytest.approx(0.5, abs=1e-3) and seen[-1] == pytest.approx(0.5, abs=1e-3)
@@ -294,7 +294,7 @@ def test_rows_close_in_a_rounded_room_with_a_partition(seed):
     walls = [surface.shape for surface in Place(0.0, np.zeros(3)).box((0, 0, 0), (3, 2, 1), inward=True)]
     walls.append(Plane((1, 0, 0), (0, 1.9, 0), (0, 0, 1)))
     sides = [Surface(rounded(w.corners @ turn.T), 0.5, side=side) for w in walls for side in ("front", "back")]
-    transport = Approach(Scene(sides, 1.0, 2**-24), 0.01, "").transport
+    transport = transport_of(Scene(sides, 1.0, 2**-24))
     field, everyone = transport.field, np.arange(len(sides))
     sums = transport.factors.matrix(field.points, field.normals, field.node_surface, everyone, True).sum(axis=1)
     assert np.abs(sums - 1).max() < 2e-3

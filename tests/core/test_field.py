@@ -4,7 +4,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from rooms import cube_planes
+from rooms import cube_planes, transport_of
 
 from pdm_core import Plane, Scene, Sphere, Surface, each_surface, solve
 from pdm_core.biquadratic import basis2
@@ -14,7 +14,6 @@ from pdm_core.field import Field
 from pdm_core.field_values import conform, predict
 from pdm_core.gaps import crowded
 from pdm_core.links.gather import Detail, Gather
-from pdm_core.links.transport import Transport
 from pdm_core.numerics import Rows, gauss_square
 from pdm_core.signs_of_life import finish
 from pdm_core.visibility import Factors, Shafts
@@ -179,7 +178,7 @@ def test_what_cells_halved_one_way_hold_is_continuous_and_exact_for_their_polyno
 
 
 def test_what_is_sent_has_all_nodes_of_the_field_and_no_more_than_it_needs():
-    transport, rng = Transport(room_with(hanging(), emission=1.0)), np.random.default_rng(2)
+    transport, rng = transport_of(room_with(hanging(), emission=1.0)), np.random.default_rng(2)
     finish(transport.grow(transport.sent.halvings[:0]))
     for _ in range(3):
         halvings = transport.field.halvings

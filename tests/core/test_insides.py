@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from rooms import transport_of
 
 from pdm_core import Plane, Scene, Sphere, Surface, form_factors, solve
 from pdm_core.contour import polygon_unoccluded
-from pdm_core.links.approach import Approach
 
 SKY = (1.0, 1.0, 1.0)
 
@@ -137,7 +137,7 @@ def test_no_light_comes_into_balls_that_are_crossed(kind):
 def test_a_lamp_that_crosses_a_ball_lights_its_inside():
     ball, lamp = Sphere.at((0, 0, 0), 1), Plane((-0.2, -0.2, 0.5), (0, 0.4, 0), (2.0, 0, 0))
     scene = Scene([Surface(ball), Surface(ball, side="back"), Surface(lamp, 0, 1.0), Surface(lamp, side="back")])
-    transport = Approach(scene, 0.01, "").transport
+    transport = transport_of(scene)
     points = transport.field.inset(1, np.array([[0, 0, -1.0], [0.6, 0, -0.8]]))
     found = transport.factors.matrix(points, scene.surfaces[1].normals(points), np.ones(2, int), [2], False)[:, 0]
     end = np.sqrt(1 - 0.25)  # of the lamp within, but for the bend of the ball over its narrow width
