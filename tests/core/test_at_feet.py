@@ -145,7 +145,7 @@ def test_white_crates_that_touch_are_a_furnace_to_their_feet(kind):
     surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.95, emission=0.05)
     for low, high in CRATES[kind][0]:
         surfaces += place.box(low, high, sides=BOTH, reflectance=0.95, emission=0.05)
-    solution = finish(link_steps(Scene(surfaces), 0.02, None))
+    solution = finish(link_steps(Scene(surfaces), 0.02, None, ""))
     feet = place([np.append(p, 0.0) for p, _ in CRATES[kind][1]])
     assert not solution.warnings and solution.error < 5e-3
     assert solution.radiance(FLOOR, feet) == pytest.approx(1, abs=1e-3)
