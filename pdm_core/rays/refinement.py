@@ -64,7 +64,7 @@ def fewer_directions(check):
     """How many directions do where colours are read, as far as the other parts of the error leave room; None where
     that is hardly fewer: what few rays told may have asked for too many, and there are more places to read than nodes.
     """
-    state, rays = check.state, check.parts["rays"]
+    state, rays = check.state, check.parts.get("rays", 0.0)  # none where there is no light
     others = sum(v * v for k, v in check.parts.items() if k != "rays")
     may = np.sqrt(max((REACHED * state.target / SAFETY) ** 2 - others, rays**2))
     fewer = STEP * np.ceil(state.read * rays / max(may, 1e-300) / STEP)  # not as few as by POWER, lest it be in vain

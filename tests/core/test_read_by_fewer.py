@@ -1,11 +1,13 @@
 """Colours are read by no more directions than the target asks for: vertices are many, and each takes them all."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from rooms import mixed_room
 
+from pdm_core import Scene
 from pdm_core.rays.check import SAFETY
 from pdm_core.rays.engine import RAYS
 from pdm_core.rays.refinement import REACHED, fewer_directions
@@ -40,3 +42,10 @@ def test_a_solution_with_too_many_gets_fewer_and_still_meets_its_target(target):
     best, history = approach.best, approach.history
     assert best._state.read <= 1024 / 1.5 and best.error <= target and history[-1][1] == best.error
     assert history[-2][1] < best.error, "it stated less before"
+
+
+def test_where_there_is_no_light_there_is_nothing_to_read_by_fewer():
+    dark = Scene([replace(surface, emission=np.zeros(3)) for surface in mixed_room().surfaces])
+    approach = RayApproach(dark, 0.04, "")
+    finish(approach.steps())
+    assert approach.best.error == 0 and approach.best._state.read == RAYS
