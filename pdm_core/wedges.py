@@ -92,8 +92,15 @@ class Wedges:
         x, n = first[rays.point], normals[rays.point]
         y = np.cross(n, x)
         angle = np.arctan2(*(np.einsum("ni,ni->n", axis, rays.direction) for axis in (y, x)))
+        angle = np.mod(angle + PARALLEL, TURN)
         order = np.lexsort((angle, rays.point))
-        rays, angle, x, y = rays.take(order), angle[order], x[order], y[order]
+        apart = np.diff(rays.point[order], prepend=-1) > 0
+        apart |= np.diff(angle[order], prepend=-1) > PARALLEL
+        # of several in one direction the nearer one's side is seen: where any shows nothing, as crates that meet, none
+        shows = np.minimum.reduceat(rays.shows[order], np.flatnonzero(apart))
+        order = order[apart]
+        rays, angle, x, y = rays.take(order), angle[order] - PARALLEL, x[order], y[order]
+        rays.shows = shows
         begins = np.flatnonzero(np.diff(rays.point, prepend=-1))
         last = np.append(begins[1:], len(angle)) - 1
         after = np.arange(1, len(angle) + 1)

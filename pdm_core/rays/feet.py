@@ -3,25 +3,33 @@
 import numpy as np
 
 from ..names import names_of
-from ..shapes.shape import PARALLEL, frames
+from ..read_off import runs_of
+from ..shapes.shape import PARALLEL, frames, unit
 from ..shapes.triangles import barycentric
+from ..tolerances import CLEAR
+from ..wedges import Rays, Wedges
 from .grid import pairs_of
+
+RIM = (0, 1), (1, 2), (2, 3), (3, 0)  # corners of facets, of triangles one of them twice
 
 
 class Feet:
-    """Of Facets: flat shapes (k,), a facet (k,) each of another that meets them within reach m and does not lie in
-    their planes, and along (k, 3), the unit direction in these that leads to its front."""
+    """Of Facets: flat shapes (k,), a facet (k,) each of another that meets them within reach m, lies (k,) whether it
+    lies on them, and along (k, 3), of the others the unit direction in their planes that leads to its front."""
 
     def __init__(self, facets, reach):
         self.facets, self.reach = facets, reach
-        found = [np.zeros((2, 0), int)]
+        found, area = [np.zeros((3, 0), int)], np.array([shape.area for shape in facets.scene.shapes])
         for own, facet in facets.near_flats:
             plane = facets.first[own]
             height = np.einsum("nci,ni->nc", facets.given(facet) - facets.given(plane)[:, :1], facets.normal[plane])
-            across = np.linalg.norm(np.cross(facets.normal[facet], facets.normal[plane]), axis=1) > PARALLEL
-            meets = (height.min(axis=1) <= reach) & (height.max(axis=1) >= -reach) & across
-            found.append(np.stack([own[meets], facet[meets]]))
-        self.flat, self.facet = np.concatenate(found, axis=1)
+            meets = (height.min(axis=1) <= reach) & (height.max(axis=1) >= -reach)
+            level = np.linalg.norm(np.cross(facets.normal[facet], facets.normal[plane]), axis=1) <= PARALLEL
+            # of two in one plane the smaller lies on the other
+            meets &= ~level | (area[facets.shape[facet]] <= area[own])
+            found.append(np.stack([own[meets], facet[meets], level[meets]]))
+        self.flat, self.facet, self.lies = np.concatenate(found, axis=1)
+        self.lies = self.lies.astype(bool)
         some, self.place = np.unique(self.flat), np.full(len(facets.first), -1)
         self.place[some] = np.arange(len(some))
         self.room = 2 * np.linalg.norm(facets.boxes, axis=1).max(initial=0.0)  # m, the widest that a plane can be
@@ -31,17 +39,68 @@ class Feet:
         shown = facets.lit[self.facet, None] * facets.normal[self.facet]
         normal = facets.normal[facets.first[self.flat]]
         self.along = shown - np.einsum("ki,ki->k", shown, normal)[:, None] * normal
-        self.along /= np.linalg.norm(self.along, axis=1, keepdims=True)
+        self.along = np.where(self.lies[:, None], 0.0, unit(self.along))
         # a wall's triangles lead the same way, and count once
         self.way = np.unique(names_of(np.rint(self.along / PARALLEL)), return_inverse=True)[1]
 
-    def away(self, shape, points):
-        """points (n, 3) m about the facets' centre, of shapes (n,) -> (n, 3): of those of flat ones the sums of the
-        directions along, of what meets these there."""
-        out = np.zeros(points.shape)
-        for point, which in self._pairs(shape, points):
-            once = np.unique(point * len(self.way) + self.way[which], return_index=True)[1]
-            np.add.at(out, point[once], self.along[which[once]])
+    def moved(self, shape, points, step):
+        """points (n, 3) m about the facets' centre, of shapes (n,) -> (n, 3): those of flat ones that others meet there
+        moved into the open between these, see wedges, by step m off them."""
+        found = [np.zeros((2, 0), int), *(np.stack(pair) for pair in self._pairs(shape, points))]
+        point, which = np.concatenate(found, axis=1)
+        out, (some, place) = points.copy(), np.unique(point, return_inverse=True)
+        if not len(some):
+            return out
+        # as far as the sum of what leads away, where no wedge's middle is on the shape, as at its own borders
+        once = np.unique(place * len(self.way) + self.way[which], return_index=True)[1]
+        np.add.at(out, point[once], step * self.along[which[once]])
+        normals = self.facets.normal[self.facets.first[shape[some]]]
+        rays = self._rays(place, which, points[some], normals, CLEAR * step)
+        if not len(rays.point):
+            return out
+        wedges = Wedges(rays, normals, frames(normals)[:, 0])
+        own = some[wedges.point]
+        there = points[own] + (step / wedges.lean)[:, None] * wedges.middle
+        is_open = self._are_on(shape[own], there) & (wedges.width > PARALLEL) & (wedges.shown > 0)
+        for point, which in self._pairs(shape[own], there):
+            is_open[point[self.lies[which]]] = False
+        best = wedges.best(1 * is_open)
+        best = best[is_open[best]]
+        out[own[best]] = there[best]
+        return out
+
+    def _rays(self, place, which, points, normals, far):
+        """Rays of wedges: of pairs of points (n, 3) m with normals (n, 3), at these places (e,), and what meets them
+        there, which (e,), where it goes on as far, m."""
+        lies, out = self.lies[which], []
+        at, facet, along = place[~lies], self.facet[which[~lies]], self.along[which[~lies]]
+        back = 1 * (self.facets.surface[facet] >= 0).all(axis=1)
+        parts = [(at, facet, np.cross(normals[at], along), along, back)]
+        # borders of what lies there, whose inner sides show nothing
+        at, facet = place[lies], self.facet[which[lies]]
+        corners = self.facets.given(facet)
+        turned = np.einsum("ni,ni->n", self.facets.normal[facet], normals[at])
+        for a, b in RIM:
+            side = np.sign(turned)[:, None] * unit(corners[:, b] - corners[:, a])
+            outwards = np.cross(side, normals[at])
+            off = points[at] - corners[:, a]
+            on = (np.abs(np.einsum("ni,ni->n", off, outwards)) <= self.reach) & side.any(axis=1)
+            parts.append((at[on], facet[on], side[on], outwards[on], np.zeros(on.sum(), int)))
+        for at, facet, line, along, back in parts:
+            for sign in (1, -1):  # what leads away is on the right of the one direction, and on the left of the other
+                on = np.flatnonzero(self._lie_on(points[at] + sign * far * line, facet))
+                shows = np.stack([back[on], np.full(len(on), 2)][::sign], axis=1)
+                out.append(Rays(at[on], sign * line[on], along[on], shows))
+        return Rays.of(*out)
+
+    def _are_on(self, shape, points):
+        """(n,) Whether points (n, 3) m about the facets' centre, in the planes of flat shapes (n,), are on these."""
+        out, points = np.zeros(len(points), bool), points + self.facets.centre
+        order = np.argsort(shape, kind="stable")
+        for k, some in runs_of(shape[order]):
+            at = points[order[some]]
+            nearest = self.facets.scene.shapes[k].project(at)
+            out[order[some]] = np.linalg.norm(at - nearest, axis=1) <= self.reach
         return out
 
     def _pairs(self, shape, points):

@@ -17,9 +17,10 @@ def near_flats(facets):
     if not len(shapes):
         return
     each_low, each_high = (corner[:, : facets.count] for corner in facets.boxes)
+    reach = ON * facets.tolerance + np.abs(facets.moved).max()  # what lies on it has been parted from it
     low, high = np.full((3, len(number)), np.inf), np.full((3, len(number)), -np.inf)
-    low[:, shapes] = np.minimum.reduceat(each_low, facets.first[shapes], axis=1) - ON * facets.tolerance
-    high[:, shapes] = np.maximum.reduceat(each_high, facets.first[shapes], axis=1) + ON * facets.tolerance
+    low[:, shapes] = np.minimum.reduceat(each_low, facets.first[shapes], axis=1) - reach
+    high[:, shapes] = np.maximum.reduceat(each_high, facets.first[shapes], axis=1) + reach
     i, j = (shapes[k] for k in near(low[:, shapes].T, high[:, shapes].T, 0.0))
     i, j = np.concatenate([i, j]), np.concatenate([j, i])
     keep = np.isin(i, facets.flat)

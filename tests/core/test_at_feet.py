@@ -1,9 +1,9 @@
-"""By links, at the feet of what stands on a floor: vertices exactly at a crate's corner, edge, or where crates meet."""
+"""At the feet of what stands on a floor, by links and by rays: at a crate's corner, its edge, or where two of them meet."""
 
 import numpy as np
 import pytest
 from places import Place
-from rooms import transport_of
+from rooms import by_rays, transport_of
 
 from pdm_core import Plane, Scene, Surface
 from pdm_core.links.approach import link_steps
@@ -177,3 +177,24 @@ def test_a_vertex_at_a_sheet_sees_what_is_seen_from_one_side_of_it(kind):
         sides = [seen(transport, FLOOR, place(at + step * open_), read=False)[0] for step in (2e-4, -2e-4)]
         assert not covered.any()
         assert (np.min([np.abs(rows - side).sum(axis=1) for side in sides], axis=0) / 2 < 1e-3).all()
+
+
+def lit_room(kind, place):
+    """With crates or sheets, and a lamp below the ceiling; floor vertices at their feet, and the open there."""
+    what, feet = (CRATES | SHEETS)[kind]
+    surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.6)
+    surfaces += [s for w in what for s in (place.box(*w, reflectance=0.5) if kind in CRATES else place.sheet(*w))]
+    corner, along, across = place(np.array([(1.5, 1.5, 2.9), (1.5, 2.5, 2.9), (2.5, 1.5, 2.9)]))
+    surfaces.append(Surface(Plane(corner, along - corner, across - corner), 0.0, 10.0))
+    at, open_ = (np.array([np.append(foot[k], 0.0) for foot in feet]) for k in (0, 1))
+    return Scene(surfaces), at, open_ / np.linalg.norm(open_, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("place", PLACES[:2])
+@pytest.mark.parametrize("kind", ["three about a point", "edge on side", "against a wall", *SHEETS])
+def test_by_rays_a_vertex_at_a_foot_is_lit_as_the_open_beside_it(kind, place):
+    """.0073 for .069 in the corner of two crates, .26 for .44 at a partition's end, .08 for .44 at a carpet's rim."""
+    scene, at, open_ = lit_room(kind, place)
+    solution = by_rays(scene, 0.04)
+    read, beside = (solution.incident(FLOOR, place(points))[:, 0] for points in (at, at + 2e-3 * open_))
+    assert np.abs(read / beside - 1).max() < 0.2, (read, beside)

@@ -8,7 +8,7 @@ from pdm_core import Mesh, Plane, Polygon, Scene, SunLight, Surface
 from pdm_core.contour import polygon_unoccluded
 from pdm_core.rays.beside import beside
 from pdm_core.rays.facets import Facets
-from pdm_core.tolerances import KEPT
+from pdm_core.tolerances import CLEAR, KEPT
 
 RHO, TARGET = 0.8, 0.02
 SUN = SunLight((0, -1, -1), 3.0)
@@ -86,4 +86,6 @@ def test_a_wall_leads_points_at_its_foot_as_far_whatever_it_is_made_of():
     for kind in kinds:
         facets = Facets(Scene([Surface(floor, RHO), *both(kind, RHO)]))
         moved.append((beside(facets).moved(np.zeros(9, int), points) - points) / facets.tolerance)
-    np.testing.assert_allclose(moved, np.tile([KEPT, 0, 0], (3, 9, 1)), atol=1e-6)
+    expected = np.tile([KEPT, 0, 0], (9, 1))
+    expected[[0, -1]] = CLEAR * KEPT * np.array([[0, -1, 0], [0, 1, 0]])  # beyond its ends
+    np.testing.assert_allclose(moved, np.tile(expected, (3, 1, 1)), atol=1e-6)

@@ -136,7 +136,7 @@ def test_what_leans_out_over_the_ground_it_is_sunk_in_is_lit_from_the_ground_on(
     height, turn = (a.ravel() for a in np.meshgrid([0.0005, 0.002, 0.006], np.pi * np.array([0, 0.5, 1])))
     x, y = 0.4 * np.cos(turn), 0.4 * np.sin(turn)
     low = place(np.column_stack([x, y, (height + 0.6 * x) / 0.8]) @ LEAN.T)
-    assert np.abs(solution.radiance(6, low) - 1).max() < 0.02
+    assert np.abs(solution.radiance(6, low) - 1).max() < 0.025
 
 
 SHEET = np.array([[0.0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0], [-1, 2, 1]])
