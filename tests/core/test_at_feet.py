@@ -1,4 +1,4 @@
-"""At the feet of what stands on a floor, by links and by rays: at a crate's corner, its edge, or where two of them meet."""
+"""At the feet of what stands on a floor, by links and by rays: at a crate's corner, an edge, where two meet."""
 
 import numpy as np
 import pytest
