@@ -25,7 +25,7 @@ def left_out(plan):
 
 def approach_with(scene, target_error, what):
     """The Approach that does `what` of ITEMS all the same, or, None, nothing of it."""
-    approach = Approach(scene, target_error, "to be timed")
+    approach = Approach(scene, target_error, "")
     if what:
         ITEMS[what][0](approach)
     return approach

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...pdm_core.rays.covered import beside_error, unseen
+from ...pdm_core.rays.covered import unseen
 from ...pdm_core.signs_of_life import in_thread, mapped
 from .bake_points import joined
 
@@ -14,10 +14,10 @@ def stand_in_steps(solution, targets, points, values, looks, here):
     """Generator of the fraction done; returns the BakePoints `points` of the targets with what they are lent, and
     [(n,) bool] whether the places of each Look are seen.
 
-    values [(k, 3)] at the points and here [(n, 3)] at the places of the looks: what is not dark is seen.
+    values [(k, 3)] at the points and here [(n, 3)] at the places of the looks: what is not black is seen.
     """
     light = np.concatenate([*values, *here])
-    hidden, dark = np.zeros(len(light), bool), np.flatnonzero(beside_error(solution, light) <= 1)
+    hidden, dark = np.zeros(len(light), bool), np.flatnonzero(~light.any(axis=1))
     if len(dark):
         places = (np.concatenate(part)[dark] for part in zip(joined(points), *(look.places() for look in looks)))
         hidden[dark] = yield from mapped(in_thread(unseen, solution, *places), lambda _: 0.0)

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..read_off import runs_of
 from ..shapes.shape import PARALLEL
-from ..tolerances import CLEAR, FLUSH, KEPT
+from ..tolerances import FLUSH, KEPT
 from .feet import Feet
 from .grid import pairs_of
 
@@ -36,8 +36,6 @@ class Beside:
         shown = np.where(facets.surface[facets.first[flat], 0] >= 0, 1.0, -1.0)
         self.normal = np.array([s.normal for s in self.shapes]).reshape(-1, 3) * shown[:, None]
         self.feet = Feet(facets, reach)
-        # m; far enough that what lies in layers, parted, does not stand before points beside it
-        self.off = KEPT * facets.tolerance + CLEAR * np.abs(facets.moved).max()
 
     def moved(self, surface, points):
         """points (n, 3) m of surfaces (n,) -> (n, 3): those on which flat shapes or meshes stand just there are moved
@@ -46,7 +44,7 @@ class Beside:
         A floor's vertex in the edge of a box is under the box as much as beside it; only the one side is ever seen.
         """
         points, shape = np.array(points, float), self.scene.shape_of[surface]
-        return self.centre + self.feet.moved(shape, points - self.centre, self.off)
+        return self.centre + self.feet.moved(shape, points - self.centre, KEPT * self.tolerance)
 
     def shown(self, surface, points, normals, inward):
         """points (n, 3) m of surfaces (n,), normals and inward as Placed's -> inward: vertices of meshes that stand on

@@ -32,11 +32,10 @@ def covered(traced, nodes, which):
     return out
 
 
-def hidden(facets, receivers, light=None):
+def hidden(facets, receivers, is_lit=None):
     """(n,) Whether nobody can see the receivers: something lies against them, or all ways they see sides without light,
-    as within a body; or, where light(surface (k,), points (k, 3) m) is given, (k,) of what counts as none, in the mean
-    no more than that."""
-    out, within, seen = *np.zeros((2, len(receivers)), bool), np.zeros(len(receivers))
+    as within a body; or, where is_lit(surface (k,), points (k, 3) m) is given, (k,), sides that none comes to."""
+    out, within = np.zeros((2, len(receivers)), bool)
     within[:] = True
     for direction in lattice(2 * LOOKED)[:LOOKED]:
         some = np.flatnonzero(within)
@@ -45,26 +44,20 @@ def hidden(facets, receivers, light=None):
         hits = along(facets, direction[None], receivers.take(some))
         side = facets.surface[hits.facet, np.where(hits.front, 0, 1)]
         out[some] = against = hits.facet == CONTACT
-        met = np.flatnonzero((hits.facet >= 0) & (side >= 0))
-        if light is None:
-            seen[some[met]] = np.inf
-        else:
+        lit = side >= 0
+        if is_lit is not None:
+            met = np.flatnonzero(lit & (hits.facet >= 0))
             met = met[np.argsort(side[met], kind="stable")]  # surface by surface
             places = places_of(facets, hits.facet[met], hits.at[met]) + facets.centre
-            seen[some[met]] += light(side[met], places)
-        within[some] = ~against & (hits.facet >= 0) & (seen[some] <= LOOKED)
+            lit[met] = is_lit(side[met], places)
+        within[some] = ~against & (hits.facet >= 0) & ~lit
     return out | within
 
 
 def unseen(solution, surface, points, normals=None, inward=None):
-    """(n,) Whether dark points (n, 3) m of surfaces (n,) lie where nobody looks: covered, within a body, or in a hollow
-    that no light comes into; normals, inward as Solution.incident has them."""
+    """(n,) Whether black points (n, 3) m of surfaces (n,) lie where nobody looks: covered, within a body, or in a
+    hollow that no light at all comes into, as a corner does that is only dark; normals, inward as Solution.incident
+    has them."""
     facets = Facets(solution.scene)
     receivers = read_places(facets, surface, points, normals, inward)
-    return hidden(facets, receivers, lambda *where: beside_error(solution, finish(solution.held_steps(*where))))
-
-
-def beside_error(solution, light):
-    """(n,) Light (n, 3), radiance or irradiance / pi, of what the Solution's may be off by; more than 1 is light."""
-    mean = solution.norm / max(np.sqrt(solution.scene.areas.sum()), 1e-300)
-    return light.max(axis=1) / max(solution.error * mean, 1e-300)
+    return hidden(facets, receivers, lambda *where: finish(solution.held_steps(*where)).any(axis=1))

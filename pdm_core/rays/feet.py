@@ -40,12 +40,16 @@ class Feet:
         normal = facets.normal[facets.first[self.flat]]
         self.along = shown - np.einsum("ki,ki->k", shown, normal)[:, None] * normal
         self.along = np.where(self.lies[:, None], 0.0, unit(self.along))
+        # m; layers are parted: what lies there is to be left so far that it does not stand before what is beside it
+        one, other = facets.shape[self.facet], self.flat
+        turned = np.einsum("ki,ki->k", facets.normal[self.facet], normal)
+        self.apart = np.where(self.lies, CLEAR * np.abs(turned * facets.moved[one] - facets.moved[other]), 0.0)
         # a wall's triangles lead the same way, and count once
         self.way = np.unique(names_of(np.rint(self.along / PARALLEL)), return_inverse=True)[1]
 
     def moved(self, shape, points, step):
         """points (n, 3) m about the facets' centre, of shapes (n,) -> (n, 3): those of flat ones that others meet there
-        moved into the open between these, see wedges, by step m off them."""
+        moved into the open between these, see wedges, by at least step m off them."""
         found = [np.zeros((2, 0), int), *(np.stack(pair) for pair in self._pairs(shape, points))]
         point, which = np.concatenate(found, axis=1)
         out, (some, place) = points.copy(), np.unique(point, return_inverse=True)
@@ -55,12 +59,14 @@ class Feet:
         once = np.unique(place * len(self.way) + self.way[which], return_index=True)[1]
         np.add.at(out, point[once], step * self.along[which[once]])
         normals = self.facets.normal[self.facets.first[shape[some]]]
-        rays = self._rays(place, which, points[some], normals, CLEAR * step)
+        steps = np.full(len(some), step)
+        np.maximum.at(steps, place, step + self.apart[which])
+        rays = self._rays(place, which, points[some], normals, CLEAR * steps[:, None])
         if not len(rays.point):
             return out
         wedges = Wedges(rays, normals, frames(normals)[:, 0])
         own = some[wedges.point]
-        there = points[own] + (step / wedges.lean)[:, None] * wedges.middle
+        there = points[own] + (steps[wedges.point] / wedges.lean)[:, None] * wedges.middle
         is_open = self._are_on(shape[own], there) & (wedges.width > PARALLEL) & (wedges.shown > 0)
         for point, which in self._pairs(shape[own], there):
             is_open[point[self.lies[which]]] = False
@@ -71,7 +77,7 @@ class Feet:
 
     def _rays(self, place, which, points, normals, far):
         """Rays of wedges: of pairs of points (n, 3) m with normals (n, 3), at these places (e,), and what meets them
-        there, which (e,), where it goes on as far, m."""
+        there, which (e,), where it goes on as far, (n, 1) m."""
         lies, out = self.lies[which], []
         at, facet, along = place[~lies], self.facet[which[~lies]], self.along[which[~lies]]
         back = 1 * (self.facets.surface[facet] >= 0).all(axis=1)
@@ -88,7 +94,7 @@ class Feet:
             parts.append((at[on], facet[on], side[on], outwards[on], np.zeros(on.sum(), int)))
         for at, facet, line, along, back in parts:
             for sign in (1, -1):  # what leads away is on the right of the one direction, and on the left of the other
-                on = np.flatnonzero(self._lie_on(points[at] + sign * far * line, facet))
+                on = np.flatnonzero(self._lie_on(points[at] + sign * far[at] * line, facet))
                 shows = np.stack([back[on], np.full(len(on), 2)][::sign], axis=1)
                 out.append(Rays(at[on], sign * line[on], along[on], shows))
         return Rays.of(*out)

@@ -20,6 +20,8 @@ class CellMeans:
         self.count, each = len(lattice), places.shape[1]
         own = np.repeat(np.arange(self.count), each)
         quarter = lattice.quarters(lattice.chart[own], places.reshape(-1, 2)) % QUARTERS
+        # of a cell in which things stand only some is seen: what that tells of its middle is off by as much again
+        self.whole = np.flatnonzero(~parted.touched)
         number = np.bincount(QUARTERS * own + quarter, minlength=QUARTERS * self.count)
         self.node, self.basis = parted.columns(*lattice.middles(np.arange(QUARTERS * self.count)))
         self.weight = self.basis * (number / max(each, 1))[:, None]
@@ -34,8 +36,8 @@ class CellMeans:
 
     def held(self, value):
         """Means (n, c) of nodes, of which the cells are the first -> values to hold at their middles (n, c)."""
-        out = value.copy()
-        out[: self.count] += value[: self.count] - self.interpolated(value)
+        out, whole = value.copy(), self.whole
+        out[whole] += value[whole] - self.interpolated(value)[whole]
         return out
 
     def bias(self, value, held):

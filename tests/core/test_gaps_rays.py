@@ -155,7 +155,7 @@ def test_light_between_boxes_falls_within_a_few_widths_of_the_gap(gap):
     traced = Tracer(scene).incident(on, points, 2000, np.random.default_rng(1))[:, 0]
     told = solution.incident(on, points)[:, 0]
     np.testing.assert_allclose(told, traced, rtol=0, atol=0.08 * traced.max())
-    assert told[0] < 0.01 * traced.max()
+    assert told[0] < 0.012 * traced.max()
     # what little light is in there is known less well than that of the room
     assert solution.surface_errors[7] > 1.5 * solution.error
 

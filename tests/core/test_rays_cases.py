@@ -132,7 +132,7 @@ def test_a_black_dome_takes_nothing_away(place):
     dome = Surface(Sphere.at(place([(0, 0, 0)])[0], 2), side="back")
     points = planes[0].spread(50)
     open_, closed = (by_rays(Scene(s)).radiance(0, points) for s in (surfaces, [*surfaces, dome]))
-    assert closed == pytest.approx(open_, rel=4e-3)  # by other numbers of rays
+    assert closed == pytest.approx(open_, rel=6e-3)  # by other numbers of rays
 
 
 def test_a_ball_that_shines_inwards(place):
