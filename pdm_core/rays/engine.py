@@ -102,11 +102,12 @@ class RayState:
         rho = self.nodes.reflectance
         outer = self.lit.direct + self.rows.sky
         held = self.nodes.means.held
-        right = self.rows.times(held(rho * outer + self.shining))
+        # straight: what is held to keep means makes more of what rays make uneven, without end between white walls
+        right = self.rows.times(rho * outer + self.shining)
         guess = right.copy()
 
         def scatter(value):
-            return self.rows.times(held(rho * value))
+            return self.rows.times(rho * value)
 
         indirect, steps = finish(gcr(scatter, right, guess, SOLVED * self.target))
         self.counts["iterations"] += steps
