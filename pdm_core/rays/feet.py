@@ -9,6 +9,7 @@ from ..shapes.triangles import barycentric
 from ..tolerances import CLEAR
 from ..wedges import Rays, Wedges
 from .grid import pairs_of
+from .side_by_side import SideBySide
 
 RIM = (0, 1), (1, 2), (2, 3), (3, 0)  # corners of facets, of triangles one of them twice
 
@@ -32,10 +33,8 @@ class Feet:
         self.lies = self.lies.astype(bool)
         some, self.place = np.unique(self.flat), np.full(len(facets.first), -1)
         self.place[some] = np.arange(len(some))
-        self.room = 2 * np.linalg.norm(facets.boxes, axis=1).max(initial=0.0)  # m, the widest that a plane can be
-        rounded = reach + 2.0**-50 * self.room * len(some)
-        corners = self._laid_out(self.flat[:, None], facets.given(self.facet))
-        self.low, self.high = corners.min(axis=2) - rounded, corners.max(axis=2) + rounded
+        self.planes = SideBySide(facets, facets.normal[facets.first[some]], reach)
+        self.low, self.high = self.planes.boxes(self.place[self.flat], facets.given(self.facet))
         shown = facets.lit[self.facet, None] * facets.normal[self.facet]
         normal = facets.normal[facets.first[self.flat]]
         self.along = shown - np.einsum("ki,ki->k", shown, normal)[:, None] * normal
@@ -113,17 +112,11 @@ class Feet:
         """Yields points (j,), and which (j,) of the facets they lie on: of points (n, 3) m about the facets' centre, of
         shapes (n,), those of flat ones."""
         some = np.flatnonzero(self.place[shape] >= 0)
-        for point, which in pairs_of(*self._laid_out(shape[some], points[some]), self.low, self.high):
+        x, y = self.planes.at(self.place[shape[some]], points[some])
+        for point, which in pairs_of(x, y, self.low, self.high):
             point = some[point]
             on = (self.flat[which] == shape[point]) & self._lie_on(points[point], self.facet[which])
             yield point[on], which[on]
-
-    def _laid_out(self, flat, points):
-        """x, y (2, ...) m of points (..., 3) m in the planes of flat shapes (...), side by side."""
-        facets = self.facets
-        axes = frames(facets.normal[facets.first[flat.ravel()]]).reshape(*flat.shape, 3, 3)
-        x, y, _ = np.moveaxis(np.einsum("...ai,...i->...a", axes, points), -1, 0)
-        return np.stack([x + self.room * self.place[flat], y])
 
     def _lie_on(self, points, facet):
         """(n,) Whether points (n, 3) m lie on facets (n,)."""

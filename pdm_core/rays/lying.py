@@ -11,9 +11,10 @@ from ..boxes import overlap
 from ..coincident import ALONG
 from ..connected import connected
 from ..layers import rounded
-from ..shapes.shape import PARALLEL, frames
+from ..shapes.shape import PARALLEL
 from .grid import pairs_of
 from .near_flats import ON
+from .side_by_side import SideBySide
 
 ALIKE = 1 - PARALLEL**2 / 2  # cosine of normals of faces that lie against each other
 DEEP = 8  # faces that lie on each other, one by one, up to which rays meet them in that order
@@ -40,11 +41,8 @@ class Lying:
         piece, self.facet = np.divmod(pair, facets.count)
         self.toward = toward[first]
         self.pieces, self.place = np.unique(piece, return_inverse=True)
-        self.frame = frames(facets.normal[self.pieces])
-        self.room = 2 * np.linalg.norm(facets.boxes, axis=1).max()  # m, the widest that a plane can be
-        corners = self._laid_out(self.place[:, None], facets.given(self.facet))
-        rounding = facets.tolerance + 2.0**-50 * self.room * len(self.pieces)
-        self.low, self.high = corners.min(axis=2) - rounding, corners.max(axis=2) + rounding
+        self.planes = SideBySide(facets, facets.normal[self.pieces], facets.tolerance)
+        self.low, self.high = self.planes.boxes(self.place, facets.given(self.facet))
 
     def __len__(self):
         return len(self.pieces)
@@ -58,7 +56,7 @@ class Lying:
         piece = self.piece[facet]
         place = np.minimum(np.searchsorted(self.pieces, piece), len(self) - 1)
         some = np.flatnonzero(self.pieces[place] == piece)
-        x, y = self._laid_out(place[some], points[some])
+        x, y = self.planes.at(place[some], points[some])
         for point, which in pairs_of(x, y, self.low, self.high):
             point = some[point]
             on = place[point] == self.place[which]
@@ -66,12 +64,6 @@ class Lying:
             point, which = point[on], which[on]
             out[point[self.facets.within(self.facet[which], points[point])]] = True
         return out
-
-    def _laid_out(self, place, points):
-        """x, y (2, ...) m of points (..., 3) m in the planes of the pieces at places (...), side by side."""
-        frame = self.frame[np.broadcast_to(place, points.shape[:-1])]
-        x, y, _ = np.moveaxis(np.einsum("...ai,...i->...a", frame, points), -1, 0)
-        return np.stack([x + self.room * place, y])
 
     def _sides(self, one, other):
         """Facets one, other (k,) in one plane -> the larger and the smaller, by the areas of their pieces, of equal
