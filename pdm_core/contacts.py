@@ -15,7 +15,7 @@ import numpy as np
 from .at_once import in_turn
 from .boxes import near, overlap
 from .in_depth import against_dome
-from .layers import bodies, lifted, rounded, side_of, welded
+from .layers import bodies, lies_toward, moves, rounded, welded
 from .scene import Scene
 from .shape_table import ShapeTable
 from .shapes.shape import PARALLEL, bounds_of, box_of, tolerance_of, unit
@@ -233,21 +233,26 @@ def _touching(scene):
     i, j = near(planes.corners.min(axis=1), planes.corners.max(axis=1), scene.tolerance)
     corners = welded(planes.corners, i, j, 2 * scene.tolerance)
     # the larger comes first, of equal ones the earlier
-    rank = np.empty(len(planes.area), int)
-    rank[np.lexsort((np.arange(len(rank)), -rounded(planes.area)))] = np.arange(len(rank))
+    area, rank = rounded(planes.area), np.empty(len(planes.area), int)
+    rank[np.lexsort((np.arange(len(rank)), -area))] = np.arange(len(rank))
     i, j = np.where(rank[i] < rank[j], i, j), np.where(rank[i] < rank[j], j, i)
     height = np.einsum("kci,ki->kc", planes.corners[j] - planes.corners[i, :1], planes.normal[i])
     flush = np.abs(height).max(axis=1) <= scene.tolerance
     over = flush & overlap(planes.corners, planes.normal, i, j, scene.tolerance)
-    inward, loose = bodies(planes, i, j, scene.tolerance)
-    same, side = side_of(planes, i[over], j[over], inward)
+    outline, lit = planes.corners.copy(), planes.lit[:, None] * planes.normal
+    outline[planes.half, 3] = np.nan  # the third one again
+    body = bodies(outline, lit, i, j, 2 * scene.tolerance)
+    lower, upper = i[over], j[over]
+    toward = lies_toward(lit, body, planes.two_sided, rank, lower, upper, area[lower] == area[upper])
+    shown = np.einsum("ki,ki->k", lit[upper], np.where(body[upper, None] > 0, lit[lower], toward)) > 0
     # of bodies in contact all but the edges is hidden: they keep theirs, unless one looks into them
-    apart = same | loose[j[over]] | planes.two_sided[j[over]]
+    apart = shown | (body[upper] == 0) | planes.two_sided[upper]
     heights = np.abs(np.concatenate([height[np.abs(height) <= scene.tolerance], planes.twisted]))
     tolerance = max(
         tolerance_of(scene.shapes, 0.0), 2 * heights.max(initial=0), 2 * np.abs(corners - planes.corners).max(initial=0)
     )
-    parted = lifted(corners, planes.normal, i[over][apart], j[over][apart], side[apart], PARTED * tolerance)
+    layer = moves(planes.normal, rank, lower[apart], upper[apart], toward[apart])
+    corners += (PARTED * tolerance * layer[:, None] * planes.normal)[:, None]
     rest = np.flatnonzero(~flush & (height.min(axis=1) <= scene.tolerance))
     rest = rest[height[rest].max(axis=1) >= -scene.tolerance]
     ball, plane = _rests(scene, planes)
@@ -255,9 +260,9 @@ def _touching(scene):
         np.concatenate([planes.index[i[rest]], planes.index[j[rest]], ball]),
         np.concatenate([planes.index[j[rest]], planes.index[i[rest]], plane]),
     )
-    covers = _covers(scene, planes, i[over], j[over], side)
-    warnings = _thin(scene, planes, i[over], j[over], height[over])
-    return Contacts(scene, _sorted(*covers), _sorted(*stands), tolerance, parted, warnings), corners
+    covers = _covers(scene, planes, lower, upper, toward)
+    warnings = _thin(scene, planes, lower, upper, height[over])
+    return Contacts(scene, _sorted(*covers), _sorted(*stands), tolerance, PARTED * tolerance * float(np.abs(layer).max(initial=0)), warnings), corners
 
 
 def _rests(scene, planes):
@@ -277,9 +282,8 @@ def _rests(scene, planes):
     return ball[touch], plane[touch]
 
 
-def _covers(scene, planes, i, j, side):
+def _covers(scene, planes, i, j, toward):
     """(surface, shape) pairs (k,): surfaces that look at the plane which lies against them."""
-    toward = side[:, None] * planes.normal[i]
     pairs = [np.zeros((2, 0), int)]
     for one, other, direction in ((i, j, toward), (j, i, -toward)):
         looks = np.einsum("ki,ki->k", planes.normal[one], direction)[:, None] * (1, -1) > 0

@@ -1,7 +1,8 @@
-"""Planes in one plane: corners that are one, which of them looks where, and layers parted in turn."""
+"""Planes in one plane: corners that are one, which of them lies on which side, and layers parted in turn."""
 
 import numpy as np
 
+from .coincident import ALONG
 from .connected import connected
 from .tolerances import TOUCHING
 
@@ -25,24 +26,43 @@ def rounded(area):
     return out
 
 
-def side_of(planes, i, j, inward):
-    """Of overlapping planes i, j (k,): whether they look the same way (k,), and +1 or -1 (k,), on which side of planes
-    i those of j lie: the lit one, but behind it where both are walls that look into rooms of their own."""
-    same = planes.lit[i] * planes.lit[j] * np.einsum("ki,ki->k", planes.normal[i], planes.normal[j]) > 0
-    return same, np.where(~same & inward[i] & inward[j], -1.0, 1.0) * planes.lit[i]
+def lies_toward(lit, body, two_sided, rank, i, j, equal):
+    """(k, 3) The unit normals of the sides of flat things i (k,) that j, which lie in their planes, lie on.
+
+    Of all of them lit (n, 3), the unit normals of their lit sides, fronts where both are; body (n,): see look_inward;
+    two_sided, rank (n,), of i below that of j; equal (k,): pairs of the same area.
+    """
+    lit, loose, first = lit.copy(), body[j] == 0, np.lexsort((rank[i], j))
+    first = first[np.diff(j[first], prepend=-1) != 0]  # of each j the one that comes first of those it lies on
+    first = first[loose[first]]
+    own = lit[j]
+    while True:
+        toward = np.where(_behind(lit, own, body, two_sided, i, j, equal)[:, None], -lit[i], lit[i])
+        # what a sheet lies on is below what lies on the sheet too, whichever is its front
+        if (lit[j[first]] == toward[first]).all():
+            return toward
+        lit[j[first]] = toward[first]
 
 
-def bodies(planes, i, j, tolerance):
-    """Of planes, see look_inward."""
-    corners = planes.corners.copy()
-    corners[planes.half, 3] = np.nan  # the third one again
-    return look_inward(corners, planes.lit[:, None] * planes.normal, i, j, 2 * tolerance)
+def _behind(lit, own, body, two_sided, i, j, equal):
+    """(k,) Whether j, own (k, 3) their lit sides, lie on the dark sides of i, or backs, see lies_toward."""
+    same = np.einsum("ki,ki->k", lit[i], own) > 0
+    # against the other one's face lies what faces it; but walls of two rooms are behind each other, and equal sheets
+    # show a side each
+    behind = ~same & (np.minimum(body[i], body[j]) >= np.where(equal, 0, 1))
+    # what has two sides may have others on either: a body where the rest of it is, a sheet on a box or inside, as its
+    # front is to be seen
+    sheet = body[j] == 0
+    behind |= two_sided[i] & sheet & (body[i] < 0) & ~same
+    return np.where(two_sided[i] & ~sheet, (body[j] > 0) ^ same, behind)
 
 
-def look_inward(corners, lit, i, j, tolerance):
-    """(n,), (n,) Whether flat shapes, corners (n, c, 3) m, nan where there are fewer, lit normals (n, 3), pairs i, j
-    (k,) near each other, look towards those that share an edge with them, as a room's walls do and a solid's do not;
-    and whether they share none."""
+def bodies(corners, lit, i, j, tolerance):
+    """(n,) Where the rest of what flat shapes belong to is: 1 on their lit side, as of a room's walls, -1 behind it, as
+    of a solid's faces, 0 where nothing shares an edge with them.
+
+    corners (n, c, 3) m, nan where there are fewer, lit normals (n, 3), pairs i, j (k,) near each other.
+    """
     shared = np.zeros(len(i), int)
     for corner in range(corners.shape[1]):
         shared += (np.abs(corners[i, corner][:, None] - corners[j]) <= tolerance).all(axis=2).any(axis=1)
@@ -52,8 +72,7 @@ def look_inward(corners, lit, i, j, tolerance):
     middle = np.where(known, corners, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
     ahead, back = (np.einsum("ki,ki->k", middle[b] - middle[a], lit[a]) for a, b in ((one, other), (other, one)))
     same_body = ahead * back > 0  # else another's, which begins where this one ends
-    loose = np.bincount(one[same_body], minlength=len(lit)) == 0
-    return np.bincount(one[same_body], ahead[same_body], minlength=len(lit)) > 0, loose
+    return np.sign(np.bincount(one[same_body], ahead[same_body], minlength=len(lit)))
 
 
 def levels(n, lower, upper):
@@ -69,14 +88,15 @@ def levels(n, lower, upper):
     return level
 
 
-def lifted(corners, normal, i, j, side, step):
-    """Lift planes j off planes i by `step` m to that side, in place, layer by layer -> the greatest height in m."""
-    level = levels(len(corners), i, j)
-    for layer in range(1, level.max(initial=0) + 1):
-        top = np.flatnonzero((level[j] == layer) & (level[i] == layer - 1))
-        upper, first = np.unique(j[top], return_index=True)
-        pair = top[first]
-        toward = side[pair][:, None] * normal[i[pair]]
-        height = np.einsum("kci,ki->kc", corners[upper] - corners[i[pair], :1], toward)
-        corners[upper] += (step - height)[..., None] * toward[:, None]
-    return step * float(level.max(initial=0))
+def moves(normal, rank, i, j, toward):
+    """(n,) By how many layers flat things, normals (n, 3), ranks (n,), are moved along these, so that of pairs i, j
+    (k,) the one lies on the other's side toward (k, 3): the lowest in rank of those that lie on each other stays."""
+    up = np.where(normal @ ALONG[:3] > 0, 1, -1)
+    rises = up[i] * np.einsum("ki,ki->k", toward, normal[i]) > 0
+    lower, upper = np.where(rises, (i, j), (j, i))
+    level, label = levels(len(normal), lower, upper), connected(len(normal), lower, upper)
+    order = np.lexsort((rank, label))
+    stays = order[np.flatnonzero(np.diff(label[order], prepend=-1))]
+    base = np.zeros(len(normal), int)
+    base[label[stays]] = level[stays]
+    return up * (level - base[label])

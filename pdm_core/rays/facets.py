@@ -12,7 +12,7 @@ import numpy as np
 from ..boxes import near, overlap
 from ..coincident import ALONG
 from ..connected import connected
-from ..layers import levels, look_inward
+from ..layers import bodies, levels
 from ..shapes.plane import Planes
 from ..shapes.shape import PARALLEL, box_of, unit
 from ..tolerances import CLEAR, KEPT
@@ -208,8 +208,8 @@ def _layers(facets):
     for own, outline in zip(few, (shapes[k].outline for k in flat)):
         if len(outline) <= FEW:
             own[: len(outline)] = outline
-    inward, loose = look_inward(few, lit, i, j, 4 * facets.tolerance)
-    body[flat] = np.where(loose, 0.0, np.where(inward, 1.0, -1.0))
+    body[flat] = bodies(few, lit, i, j, 4 * facets.tolerance)
+    inward = body[flat] > 0
     one_plane = np.linalg.norm(np.cross(normal[i], normal[j]), axis=1) < PARALLEL
     i, j = i[one_plane], j[one_plane]
     if not len(i):
