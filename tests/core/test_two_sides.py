@@ -1,0 +1,121 @@
+"""What lies in the planes of others that have two sides: in a cube as a room, whose fronts look out of it, and on it."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from places import Place
+from rooms import by_rays
+
+from pdm_core import Scene, Sphere, Surface
+from pdm_core.links.approach import link_steps
+from pdm_core.signs_of_life import finish
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "stability"))
+from variants import as_it_is, with_meshes, with_polygons  # noqa: E402
+
+SIDES = ("front", "back")
+INSIDE = np.array([(s, t, 0.0) for s in (0.2, 0.45, 0.8) for t in (0.3, 0.7)])
+X, Y, Z = np.eye(3)
+PLACE = Place(0.3, (10, 20, 3))  # others are tried in test_contacts.py and test_lying.py
+
+
+def by_links(scene, target):
+    return finish(link_steps(scene, target, None, "for the test"))
+
+
+# which engine, as which kinds of shapes
+WAYS = {
+    "links": (by_links, as_it_is),
+    "rays": (by_rays, as_it_is),
+    "rays, polygons": (by_rays, with_polygons),
+    "rays, meshes": (by_rays, with_meshes),
+}
+
+
+@pytest.fixture(params=WAYS, ids=list(WAYS))
+def way(request):
+    return WAYS[request.param]
+
+
+def rectangle(corner, u, v, up, sides=SIDES, **light):
+    """Surfaces of a plane whose front looks along u x v, or the other way."""
+    u, v = (u, v) if up else (v, u)
+    return [Surface(PLACE.plane(corner, u, v), side=side, **light) for side in sides]
+
+
+def incident(solution, scene, k):
+    return solution.incident(k, scene.surfaces[k].shape.world(INSIDE))[:, 0]
+
+
+@pytest.mark.parametrize("carpet_up", [True, False])
+@pytest.mark.parametrize("floor_up", [True, False])
+def test_a_crate_on_the_edge_of_a_carpet_is_closed(floor_up, carpet_up, way):
+    """Where fronts looked another way than what lay on them they were parted to both sides of each other: a crate made
+    light within, by links 23 % stated, and neither time nor memory would help."""
+    solve, variant = way
+    light = {"reflectance": 0.6, "emission": 0.4}
+    surfaces = rectangle((0, 0, 0), 4 * X, 3 * Y, floor_up, **light)
+    surfaces += rectangle((1, 1, 0), X, Y, carpet_up, **light)
+    surfaces += PLACE.box((1.7, 1.2, 0), (2.3, 1.8, 0.5), sides=SIDES, **light)
+    scene = Scene(surfaces, 1.0, rounding=2**-24)
+    solution = solve(variant(scene), 0.02)
+    assert solution.error < 0.02
+    for k, surface in enumerate(scene.surfaces[4:], start=4):
+        value = incident(solution, scene, k)
+        covered = surface.side == "front" and np.allclose(PLACE.turn.T @ surface.shape.normal, -Z)
+        np.testing.assert_allclose(value, 0.0 if covered else 1.0, atol=1e-9 if covered else 0.02)
+
+
+@pytest.mark.parametrize("outward", [True, False])
+def test_what_is_in_a_room_is_not_under_its_floor(outward, way):
+    """A cube as a room: its fronts look out. A carpet, a picture and an open box in it were outside, black without a
+    word. Their light is that of the same things a little before its walls."""
+    solve, variant = way
+
+    def scene_of(off):
+        surfaces = PLACE.box((0, 0, 0), (4, 3, 2.5), inward=not outward, sides=SIDES, reflectance=0.6)
+        surfaces.append(Surface(Sphere.at(PLACE((2, 1.5, 2)), 0.2), 0.0, 10.0))
+        surfaces += rectangle((1, 1, off), X, Y, True, ("front",), reflectance=0.3)
+        surfaces += rectangle((1, off, 1), 0.5 * Z, 0.8 * X, True, ("front",), reflectance=0.3)
+        return Scene(surfaces + PLACE.box((2.5, 1.2, off), (3.1, 1.8, 0.5), sides=SIDES, reflectance=0.6)[:-2])
+
+    touching, before = scene_of(0.0), scene_of(2e-3)
+    one, other = (solve(variant(scene), 0.02) for scene in (touching, before))
+    box = [k for k, s in enumerate(touching.surfaces) if k > 14 and s.side == "back"]
+    for k in (13, 14, *box):
+        value, known = incident(one, touching, k), incident(other, before, k)
+        assert known.min() > 0.02
+        np.testing.assert_allclose(value, known, rtol=0.1)
+
+
+def test_what_is_stuck_on_a_crate_is_on_it(way):
+    """As its front tells: a sheet on the outside of what has two sides, whose fronts look out."""
+    solve, variant = way
+    crate = PLACE.box((-0.5, -0.5, 0), (0.5, 0.5, 1), sides=SIDES, reflectance=0.5)
+    sticker = rectangle((-0.2, -0.2, 1), 0.4 * X, 0.4 * Y, True, reflectance=0.5)
+    inner = rectangle((-0.2, -0.2, 0), 0.4 * X, 0.4 * Y, True, reflectance=0.5)
+    scene = Scene([*crate, *sticker, *inner], 1.0)
+    solution = solve(variant(scene), 0.02)
+    outside, against, within, below = (incident(solution, scene, k) for k in (12, 13, 14, 15))
+    np.testing.assert_allclose(outside, 1.0, atol=0.02)
+    for dark in (against, within, below):
+        np.testing.assert_allclose(dark, 0.0, atol=1e-6)
+
+
+def test_a_storey_below_is_below(way):
+    """A room under the floor of another, its ceiling in that floor, smaller: behind it, as its walls tell."""
+    solve, variant = way
+    light = {"reflectance": 0.5, "emission": 0.5}
+    surfaces = rectangle((0, 0, 0), 4 * X, 3 * Y, True, **light)
+    surfaces += PLACE.box((1, 1, -1), (2, 2, 0), sides=SIDES, **light)
+    scene = Scene(surfaces, 1.0)
+    solution = solve(variant(scene), 0.02)
+    for k, surface in enumerate(scene.surfaces):
+        covered = k == 1 or (surface.side == "front" and np.allclose(PLACE.turn.T @ surface.shape.normal, Z) and k > 1)
+        if not covered:
+            points = surface.shape.world(INSIDE)
+            np.testing.assert_allclose(solution.incident(k, points)[:, 0], 1.0, atol=0.02)
+        elif k > 1:
+            np.testing.assert_allclose(incident(solution, scene, k), 0.0, atol=1e-6)
