@@ -27,8 +27,9 @@ class Facets:
     (m, 2, 3): chart position = chart @ (1, s, t); of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2):
     that of the front and of the back, or -1; planes, plane_of (n shapes,): the rectangles among them, and which of
     those each is, or -1; own, flat: see there; ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n
-    shapes,): each shape's first facet; is_ball (n shapes,) bool; lit (m,): 1 where the front counts as the side that
-    each looks to, -1 where there is a back alone; lying: the Lying of them, late, plane: its.
+    shapes,): each shape's first facet; is_ball (n shapes,) bool; area (m,) m^2, of the shapes as they
+    are; lit (m,): 1 where the front counts as the side that each looks to, -1 where there is a back alone; lying: the
+    Lying of them; late, plane: its.
     """
 
     def __init__(self, scene):
@@ -53,6 +54,7 @@ class Facets:
         self.origin, self.u, self.v = origin - self.centre, u, v
         self.normal = unit(np.cross(u, v))
         self.lit = np.where(self.surface[: len(origin), 0] >= 0, 1.0, -1.0)
+        self.area = np.linalg.norm(np.cross(self.u, self.v), axis=1) / np.where(self.triangle, 2, 1)
         self._widen()
         self.ball_centre = np.array([shapes[k].origin - self.centre for k in balls]).reshape(-1, 3)
         self.ball_linear = np.array([shapes[k].linear for k in balls]).reshape(-1, 3, 3)

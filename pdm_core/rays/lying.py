@@ -17,7 +17,7 @@ from .near_flats import ON
 from .side_by_side import SideBySide
 
 ALIKE = 1 - PARALLEL**2 / 2  # cosine of normals of faces that lie against each other
-DEEP = 8  # faces that lie on each other, one by one, up to which rays meet them in that order
+DEEP = 64  # faces that lie on each other, one by one, up to which rays meet them in that order
 FEW = 8  # corners of flat shapes that may be a room's walls
 
 
@@ -99,10 +99,11 @@ class Lying:
         """Facets one, other (k,) in one plane -> the larger and the smaller, by the areas of their pieces, of equal
         ones the later, and the unit normal (k, 3) of the larger's side that the smaller lies on."""
         facets, body = self.facets, _bodies(self.facets, np.append(one, other))
-        area = np.linalg.norm(np.cross(facets.u, facets.v), axis=1) / np.where(facets.triangle, 2, 1)
-        area = rounded(np.bincount(self.piece[: facets.count], area, facets.count))[self.piece[: facets.count]]
-        equal = area[one] == area[other]
-        swap = np.where(equal, facets.shape[one] > facets.shape[other], area[one] < area[other])
+        area = np.bincount(self.piece[: facets.count], facets.area, facets.count)
+        some, which = np.unique(self.piece[np.stack([one, other])], return_inverse=True)
+        area = rounded(area[some])[which.reshape(2, -1)]
+        equal = area[0] == area[1]
+        swap = np.where(equal, facets.shape[one] > facets.shape[other], area[0] < area[1])
         larger, smaller = np.where(swap, other, one), np.where(swap, one, other)
         lit = facets.lit[larger, None] * facets.normal[larger]
         same = np.einsum("ki,ki->k", lit, facets.lit[smaller, None] * facets.normal[smaller]) > 0
@@ -118,6 +119,8 @@ class Lying:
         normal, late = self.facets.normal, self.late.ravel()
         lower, upper = (2 * k + (np.einsum("ki,ki->k", normal[k], toward) < 0) for k in (lower, upper))
         for _ in range(DEEP):
+            if (late[lower] > late[upper]).all():
+                break
             np.maximum.at(late, lower, late[upper] + 1)
         self.late = late.reshape(-1, 2)
 
