@@ -15,7 +15,7 @@ import numpy as np
 from .at_once import in_turn
 from .boxes import near, overlap
 from .in_depth import against_dome
-from .layers import bodies, lies_toward, moves, rounded, welded
+from .layers import bodies, lies_toward, moves, ranks, rounded, welded
 from .scene import Scene
 from .shape_table import ShapeTable
 from .shapes.shape import PARALLEL, bounds_of, box_of, tolerance_of, unit
@@ -233,8 +233,8 @@ def _touching(scene):
     i, j = near(planes.corners.min(axis=1), planes.corners.max(axis=1), scene.tolerance)
     corners = welded(planes.corners, i, j, 2 * scene.tolerance)
     # the larger comes first, of equal ones the earlier
-    area, rank = rounded(planes.area), np.empty(len(planes.area), int)
-    rank[np.lexsort((np.arange(len(rank)), -area))] = np.arange(len(rank))
+    area = rounded(planes.area)
+    rank = ranks(area, np.arange(len(area)))
     i, j = np.where(rank[i] < rank[j], i, j), np.where(rank[i] < rank[j], j, i)
     height = np.einsum("kci,ki->kc", planes.corners[j] - planes.corners[i, :1], planes.normal[i])
     flush = np.abs(height).max(axis=1) <= scene.tolerance
@@ -243,7 +243,7 @@ def _touching(scene):
     outline[planes.half, 3] = np.nan  # the third one again
     body = bodies(outline, lit, i, j, 2 * scene.tolerance)
     lower, upper = i[over], j[over]
-    toward = lies_toward(lit, body, planes.two_sided, rank, lower, upper, area[lower] == area[upper])
+    toward = lies_toward(lit, body, planes.two_sided, area, rank, lower, upper)
     shown = np.einsum("ki,ki->k", lit[upper], np.where(body[upper, None] > 0, lit[lower], toward)) > 0
     # of bodies in contact all but the edges is hidden: they keep theirs, unless one looks into them
     apart = shown | (body[upper] == 0) | planes.two_sided[upper]

@@ -26,13 +26,22 @@ def rounded(area):
     return out
 
 
-def lies_toward(lit, body, two_sided, rank, i, j, equal):
+def ranks(area, order):
+    """(n,) Which comes first of flat things that lie on each other: the larger, by rounded areas (n,), of equal ones the
+    earlier in order (n,)."""
+    rank = np.empty(len(area), int)
+    rank[np.lexsort((order, -area))] = np.arange(len(area))
+    return rank
+
+
+def lies_toward(lit, body, two_sided, area, rank, i, j):
     """(k, 3) The unit normals of the sides of flat things i (k,) that j, which lie in their planes, lie on.
 
     Of all of them lit (n, 3), the unit normals of their lit sides, fronts where both are; body (n,): see look_inward;
-    two_sided, rank (n,), of i below that of j; equal (k,): pairs of the same area.
+    two_sided, area (n,), rounded; rank (n,), of i below that of j.
     """
     lit, loose, first = lit.copy(), body[j] == 0, np.lexsort((rank[i], j))
+    equal = area[i] == area[j]
     first = first[np.diff(j[first], prepend=-1) != 0]  # of each j the one that comes first of those it lies on
     first = first[loose[first]]
     own = lit[j]

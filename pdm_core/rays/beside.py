@@ -43,8 +43,9 @@ class Beside:
 
         A floor's vertex in the edge of a box is under the box as much as beside it; only the one side is ever seen.
         """
-        points, shape = np.array(points, float), self.scene.shape_of[surface]
-        return self.centre + self.feet.moved(shape, points - self.centre, KEPT * self.tolerance)
+        shape, sign = self.scene.shape_of[surface], self.scene.sign[surface]
+        points = np.array(points, float) - self.centre
+        return self.centre + self.feet.moved(shape, sign, points, KEPT * self.tolerance)
 
     def shown(self, surface, points, normals, inward):
         """points (n, 3) m of surfaces (n,), normals and inward as Placed's -> inward: vertices of meshes that stand on

@@ -11,22 +11,23 @@ import numpy as np
 
 from ..shapes.shape import PARALLEL, frames
 from ..shapes.sphere import Sphere
-from ..tolerances import FLUSH
 from .grid import pairs_of, side_by_side
+from .near_flats import ON
 from .quadrics import Quadrics
 from .sieve import worth_it
 
-AGAINST = 64.0  # tolerances: what faces a flat shape so near lies against it, layers between them included
+AGAINST = 64.0  # tolerances: what faces a flat shape so near lies against it
 SUNK = 3.0  # tolerances: what lies further behind a face is no longer against it, but thinner than rounding tells
 NOTHING, CONTACT = -1, -2  # instead of a facet
 
 
 @dataclass
 class Receivers:
-    """points, normals (n, 3) m about the facets' centre; own (n,): the shape that is not met, or -1; start (n,) m: the
-    distance from which on shapes are met, negative where those in contact are; inside (n,): whether within own ball,
-    whose far side is met all the same; surface (n,): which they lie on, -1 or None in free space; faces (n, 3): the
-    normals of what they lie on, 0 or None in free space; under (n,): whether something lies on them, None: nothing."""
+    """points, normals (n, 3) m about the facets' centre; own (n,): of Lying.plane what is not met, or -1; start (n,)
+    m: the distance from which on shapes are met, negative where those in contact are; inside (n,): whether within own
+    ball, whose far side is met all the same; surface (n,): which they lie on, -1 or None in free space; faces (n, 3):
+    the normals of what they lie on, 0 or None in free space; under (n,): whether something lies on them, None: nothing.
+    """
 
     points: np.ndarray
     normals: np.ndarray
@@ -97,10 +98,10 @@ def _along(facets, directions, receivers, planes, places):
     quadrics = _quadrics_along(facets, planes)
     boxes = [np.concatenate(both, axis=1) for both in zip(boxes, _ball_boxes(facets, planes))]
     n, m, flats = len(x), facets.count, facets.count * len(planes)
-    nearest, reached, shape = np.full(n, NOTHING), np.full(n, np.inf), facets.shape
+    nearest, reached, plane_of = np.full(n, NOTHING), np.full(n, np.inf), facets.plane
     triangle, later = np.tile(facets.triangle, len(planes)), _later(facets, planes)
-    of = np.append(np.tile(np.arange(m), len(planes)), np.tile(np.arange(m, len(shape)), len(planes)))
-    plane = np.concatenate([np.repeat(np.arange(len(planes)), k) for k in (m, len(shape) - m)])
+    of = np.append(np.tile(np.arange(m), len(planes)), np.tile(np.arange(m, len(plane_of)), len(planes)))
+    plane = np.concatenate([np.repeat(np.arange(len(planes)), k) for k in (m, len(plane_of) - m)])
     for who, found in pairs_of(*side_by_side(x, y, *boxes, which, plane, len(planes))):
         depth = np.full(len(who), np.inf)
         flat = np.flatnonzero(found < flats)
@@ -109,11 +110,9 @@ def _along(facets, directions, receivers, planes, places):
         flat, r, k = flat[inside], r[inside], k[inside]
         d = sign.take(r) * (linear(affine[2], k, x.take(r), y.take(r)) - z.take(r))
         start, k = receivers.start.take(r), of.take(k)
-        met = (d > np.maximum(start, -SUNK * facets.tolerance)) & (receivers.own.take(r) != shape.take(k))
-        # in contact only what faces the point hides anything from it
+        met = (d > np.maximum(start, -SUNK * facets.tolerance)) & (receivers.own.take(r) != plane_of.take(k))
         close = np.flatnonzero(met & (d < -start))
-        seen = np.einsum("ni,ni->n", ray.take(r[close], axis=0), facets.normal.take(k[close], axis=0))
-        met[close] = sign.take(r[close]) * seen < 0
+        met[close] = _stand_before(facets, k[close], receivers, r[close], sign.take(r[close])[:, None] * ray[r[close]])
         if later is not None:
             d += later[(sign.take(r) < 0).astype(int), found.take(flat)]
         depth[flat[met]] = d[met]
@@ -121,7 +120,7 @@ def _along(facets, directions, receivers, planes, places):
         if len(round_):
             r, k = who[round_], found[round_]
             ends = quadrics.ends(k - flats, x.take(r), y.take(r)) - z.take(r)
-            own = receivers.own.take(r) == shape.take(of.take(k))
+            own = receivers.own.take(r) == plane_of.take(of.take(k))
             depth[round_] = _first(np.where(sign.take(r) > 0, ends, -ends[::-1]), r, own, receivers)
         first = np.flatnonzero(np.diff(who, prepend=-1))
         best = np.minimum.reduceat(depth, first)
@@ -139,6 +138,17 @@ def _along(facets, directions, receivers, planes, places):
     return hits
 
 
+def _stand_before(facets, facet, receivers, r, ray):
+    """(k,) Whether facets (k,), at which receivers r (k,) are, hide anything from them along ray (k, 3): those that
+    face them, and of what is at a flat shape what is not behind it, as a crate's side that ends there."""
+    out = np.einsum("ni,ni->n", ray, facets.normal[facet]) < 0
+    if not len(r):
+        return out
+    faces = flat_faces(facets, receivers.take(r))
+    height = np.einsum("nci,ni->nc", facets.corners(facet) - receivers.points[r, None], faces)
+    return out & ((height.max(axis=1) > ON * facets.tolerance) | ~faces.any(axis=1))
+
+
 def _later(facets, planes):
     """(2, k m) m: how much further facets count along the last axes of planes (k, 3, 3), and against them. Where faces
     that look opposite ways lie on each other, as those of a mesh that is flat, the one is met that faces the ray. None:
@@ -147,7 +157,7 @@ def _later(facets, planes):
     if (late[:, 0] == late[:, 1]).all():
         return None
     cosine = (planes[:, 2] @ facets.normal.T).ravel()
-    front, back = np.tile(late, (len(planes), 1)).T * FLUSH * facets.tolerance / np.maximum(np.abs(cosine), PARALLEL)
+    front, back = np.tile(late, (len(planes), 1)).T * ON * facets.tolerance / np.maximum(np.abs(cosine), PARALLEL)
     return np.where(cosine < 0, (front, back), (back, front))
 
 

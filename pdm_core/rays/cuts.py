@@ -41,7 +41,7 @@ class Cuts:
     def _meet(self, facet, corners):
         """(n,) Whether facets (n,) meet triangles, corners (n, 3, 3) m about the facets' centre; (n,) whether they run
         through them, as far as their planes tell."""
-        given, height = self.facets.given(facet), self._height(facet, corners)
+        given, height = self.facets.corners(facet), self._height(facet, corners)
         meets = (corners.min(axis=1) <= given.max(axis=1) + self.reach).all(axis=1)
         meets &= (corners.max(axis=1) >= given.min(axis=1) - self.reach).all(axis=1)
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -52,10 +52,9 @@ class Cuts:
         return meets, meets & (height.min(axis=1) < -self.reach) & (height.max(axis=1) > self.reach)
 
     def _height(self, facet, points):
-        """(n, k) m of points (n, k, 3) m over facets (n,), where these are given."""
+        """(n, k) m of points (n, k, 3) m over facets (n,)."""
         facets = self.facets
-        height = np.einsum("nki,ni->nk", points - facets.origin[facet, None], facets.normal[facet])
-        return height + facets.moved[facets.shape[facet], None]
+        return np.einsum("nki,ni->nk", points - facets.origin[facet, None], facets.normal[facet])
 
     def between(self, facet, places, others):
         """(n, k) Whether facets (n,) are between places and others (n, k or 1, 3) m about the facets' centre."""

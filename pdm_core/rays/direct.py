@@ -163,7 +163,7 @@ class Shares:
             yield
         own = receivers.own
         # what a shining ball's inner side gives itself is met by rays
-        out[(own >= 0) & (own == source.skip) & ~(receivers.inside & source.is_spot)] = 0.0
+        out[(own >= 0) & (own == source.own) & ~(receivers.inside & source.is_spot)] = 0.0
         out[source.against(points, flat_faces(self.facets, receivers))] = 0.0
         out[receivers.under] = 0.0
         if source.receivers is not None:

@@ -9,22 +9,15 @@ from functools import cached_property
 
 import numpy as np
 
-from ..boxes import near, overlap
-from ..coincident import ALONG
-from ..connected import connected
-from ..layers import bodies, levels
 from ..shapes.plane import Planes
-from ..shapes.shape import PARALLEL, box_of, unit
-from ..tolerances import CLEAR, KEPT
+from ..shapes.shape import box_of, unit
 from .lying import Lying
 from .near_facets import near_facets
 from .near_flats import WIDER, near_flats
 from .sieve import Sieve
 
-PARTED = KEPT + CLEAR  # tolerances between layers of shapes in one plane: more than what hides, and their own rounding
 POINTED = 64.0, 1e-2  # tolerances, or of its length, that a facet's corners move at most by this: where it is a sliver
 FINEST = 1e-10  # of the scene's size: the least tolerance, at which what our sums lose at a slant is within WIDER
-FEW = 8  # corners of shapes that may be a room's walls
 
 
 class Facets:
@@ -34,10 +27,9 @@ class Facets:
     (m, 2, 3): chart position = chart @ (1, s, t); of a mesh it is (s, t) itself; shape (m + b,); surface (m + b, 2):
     that of the front and of the back, or -1; planes, plane_of (n shapes,): the rectangles among them, and which of
     those each is, or -1; own, flat: see there; ball_centre (b, 3), ball_linear, ball_inverse (b, 3, 3); first (n
-    shapes,): each shape's first facet; is_ball (n shapes,) bool; moved (n shapes,) m: how far along its normal each is,
-    that layers in one plane be parted;
-    lit (m,): 1 where the front counts as the side that each looks to, -1 where there is a back alone; body (n shapes,):
-    see _layers.
+    shapes,): each shape's first facet; is_ball (n shapes,) bool; area (m,) m^2, of the shapes as they
+    are; lit (m,): 1 where the front counts as the side that each looks to, -1 where there is a back alone; lying: the
+    Lying of them; late, plane: its.
     """
 
     def __init__(self, scene):
@@ -62,12 +54,13 @@ class Facets:
         self.origin, self.u, self.v = origin - self.centre, u, v
         self.normal = unit(np.cross(u, v))
         self.lit = np.where(self.surface[: len(origin), 0] >= 0, 1.0, -1.0)
-        self.moved, self.body = _layers(self)
-        self.origin += self.moved[self.shape[: self.count], None] * self.normal
+        self.area = np.linalg.norm(np.cross(self.u, self.v), axis=1) / np.where(self.triangle, 2, 1)
         self._widen()
         self.ball_centre = np.array([shapes[k].origin - self.centre for k in balls]).reshape(-1, 3)
         self.ball_linear = np.array([shapes[k].linear for k in balls]).reshape(-1, 3, 3)
         self.ball_inverse = np.array([shapes[k].inverse for k in balls]).reshape(-1, 3, 3)
+        self.lying = Lying(self)
+        self.late, self.plane = self.lying.late, self.lying.plane
 
     def _widen(self):
         """Moves the borders of all facets outwards by WIDER: walls whose coordinates were rounded apart are closed.
@@ -97,13 +90,13 @@ class Facets:
     def only(self, flat, ball):
         """Some of them alone: which facets (k,), which balls (j,)."""
         out = copy.copy(self)
-        for name in ("boxes", "ball_reach", "sieve", "near_flats", "near_facets", "lying"):
+        for name in ("boxes", "ball_reach", "sieve", "near_flats", "near_facets"):
             vars(out).pop(name, None)
         both = np.concatenate([flat, self.count + ball])
         for which, names in (
             (flat, ("origin", "u", "v", "triangle", "chart", "normal", "lit", "late")),
             (ball, ("ball_centre", "ball_linear", "ball_inverse")),
-            (both, ("shape", "surface")),
+            (both, ("shape", "surface", "plane")),
         ):
             for name in names:
                 setattr(out, name, getattr(self, name).take(which, axis=0))
@@ -122,10 +115,6 @@ class Facets:
         """Places (h, 2) of hits on meshes' triangles, which facets reach a little beyond."""
         there = self.chart_at(facet, at)
         return there / np.maximum(there.sum(axis=1, keepdims=True), 1.0)
-
-    def given(self, which):
-        """(k, 4, 3) m, see corners, of facets (k,) where their shapes are given, not parted into layers."""
-        return self.corners(which) - (self.moved[self.shape[which], None] * self.normal[which])[:, None]
 
     def within(self, which, points):
         """(k,) Whether points (k, 3) m in the planes of facets (k,) are in their outlines."""
@@ -169,70 +158,7 @@ class Facets:
         """See near_facets; a list, as meshes' light is kept anew where that gets finer."""
         return list(near_facets(self))
 
-    @cached_property
-    def lying(self):
-        """The Lying of the facets."""
-        return Lying(self)
-
-    @cached_property
-    def late(self):
-        """See Lying."""
-        return self.lying.late
-
     @property
     def count(self):
         """How many facets there are, balls aside."""
         return len(self.origin)
-
-
-def _layers(facets):
-    """(n shapes,) m: how far each is moved along its normal, so that of shapes that lie in one plane and look the same
-    way the smaller is on top, and those of equal size that look opposite ways lie back to back. Where either has two
-    sides the smaller is on the larger's front. A smaller one that faces a larger one stays: in contact, the two are
-    dark to each other; but walls of two rooms are behind each other. And (n shapes,): 1 of walls that look into a room,
-    -1 of the faces of solids, 0 of sheets and what is not flat."""
-    shapes, sides = facets.scene.shapes, facets.scene.sides
-    out, body = np.zeros((2, len(shapes)))
-    flat = facets.flat
-    if len(flat) < 2:
-        return out, body
-    normal = np.array([shapes[k].normal for k in flat])
-    area = np.array([shapes[k].area for k in flat])
-    low, high = (np.array(part) for part in zip(*(shapes[k].box for k in flat)))
-    lit = np.where(sides[flat, 0] >= 0, 1.0, -1.0)[:, None] * normal
-    two_sided = (sides[flat] >= 0).all(axis=1)
-    i, j = near(low, high, facets.tolerance)
-    swap = area[i] < area[j]
-    i, j = np.where(swap, j, i), np.where(swap, i, j)
-    few = np.full((len(flat), FEW, 3), np.nan)
-    for own, outline in zip(few, (shapes[k].outline for k in flat)):
-        if len(outline) <= FEW:
-            own[: len(outline)] = outline
-    body[flat] = bodies(few, lit, i, j, 4 * facets.tolerance)
-    inward = body[flat] > 0
-    one_plane = np.linalg.norm(np.cross(normal[i], normal[j]), axis=1) < PARALLEL
-    i, j = i[one_plane], j[one_plane]
-    if not len(i):
-        return out, body
-    corners = np.array([shapes[k].around for k in flat])
-    height = np.einsum("nci,ni->nc", corners[j] - corners[i, :1], normal[i])
-    flush = np.abs(height).max(axis=1) <= 2 * facets.tolerance
-    flush &= overlap(corners, normal, i, j, 2 * facets.tolerance)
-    i, j = i[flush], j[flush]
-    same = np.einsum("ni,ni->n", lit[i], lit[j]) > 0
-    equal = np.abs(area[i] - area[j]) <= 1e-6 * area[i]
-    over = same | ((two_sided[i] | two_sided[j]) & ~equal)
-    behind = ~same & (equal | ~over & inward[i] & inward[j])
-    some = over | behind
-    # layers along one normal of their plane, the largest of those that touch each other staying where it is
-    up = np.where(normal @ ALONG[:3] > 0, 1.0, -1.0)
-    rises = (up[i] * np.einsum("ni,ni->n", lit[i], normal[i]) > 0) ^ behind
-    lower, upper = np.where(rises, (i, j), (j, i))[:, some]
-    level = levels(len(flat), lower, upper)
-    label = connected(len(flat), lower, upper)
-    order = np.lexsort([-area, label])
-    largest = order[np.flatnonzero(np.diff(label[order], prepend=-1))]
-    base = np.zeros(len(flat), int)
-    base[label[largest]] = level[largest]
-    out[flat] = PARTED * facets.tolerance * up * (level - base[label])
-    return out, body

@@ -17,7 +17,7 @@ def near_flats(facets):
     if not len(shapes):
         return
     each_low, each_high = (corner[:, : facets.count] for corner in facets.boxes)
-    reach = ON * facets.tolerance + np.abs(facets.moved).max()  # what lies on it has been parted from it
+    reach = ON * facets.tolerance
     low, high = np.full((3, len(number)), np.inf), np.full((3, len(number)), -np.inf)
     low[:, shapes] = np.minimum.reduceat(each_low, facets.first[shapes], axis=1) - reach
     high[:, shapes] = np.maximum.reduceat(each_high, facets.first[shapes], axis=1) + reach

@@ -59,8 +59,9 @@ class _Seen:
         self.flats, planes = len(flat.plane), np.concatenate([flat.plane, ball.plane])
         self.candidates = side_by_side(self.x, self.y, *boxes, which * len(faces) + face, planes, k * len(faces))
         self.quadrics = _quadrics(facets, ball) if len(ball.item) else None
-        self.triangle, self.shape, self.ball_shape = (
-            np.tile(values, k) for values in (facets.triangle[flat.item], shape[flat.item], shape[m + ball.item])
+        self.triangle, self.plane_of, self.ball_of = (
+            np.tile(values, k)
+            for values in (facets.triangle[flat.item], facets.plane[flat.item], facets.plane[m + ball.item])
         )
         length = np.sqrt(1 + self.x**2 + self.y**2)
         self.near, self.far = first / length, np.maximum(c - last / length, 1e-300)
@@ -96,7 +97,7 @@ class _Seen:
         most = np.where(self.triangle.take(k), s + t, np.maximum(s, t))
         keep = np.flatnonzero((s >= 0) & (t >= 0) & (most <= w))
         r, k, w = r[keep], k[keep], w[keep]
-        return r[(w * self.near.take(r) < 1) & (self.own.take(r) != self.shape.take(k))]
+        return r[(w * self.near.take(r) < 1) & (self.own.take(r) != self.plane_of.take(k))]
 
     def _behind_balls(self, r, k):
         """(h,) Those of pairs r (p,) that balls k (p,) hide."""
@@ -104,7 +105,7 @@ class _Seen:
         least, most = self.near.take(r), self.far.take(r)
         through = ((near > least) & (near < most)) | ((far > least) & (far < most))
         # from without nothing that is ahead is behind one's own ball
-        return r[through & ((self.own.take(r) != self.ball_shape.take(k)) | self.inside.take(r))]
+        return r[through & ((self.own.take(r) != self.ball_of.take(k)) | self.inside.take(r))]
 
 
 class _Views:
@@ -168,7 +169,7 @@ def _projective(facets, views):
     scale = 1 / np.where(seen, det, np.inf)
     triangle = np.tile(facets.triangle[views.item], len(views.centres))
     corners = np.stack([o, o + u, o + u + np.where(triangle, 0.0, v), o + v], axis=1)
-    least = max(min(1e-9 * np.abs(corners).max(initial=0.0), facets.tolerance), 1e-300)  # layers are further apart
+    least = max(min(1e-9 * np.abs(corners).max(initial=0.0), facets.tolerance), 1e-300)
     ahead = corners[2] >= least
     flat = corners[:2] / np.maximum(corners[2], least)
     low, high = np.where(ahead, flat, np.inf).min(axis=1), np.where(ahead, flat, -np.inf).max(axis=1)

@@ -20,12 +20,12 @@ class Placed(Receivers):
         out, normal, faces = np.array(points, float), *np.zeros((2, len(points), 3))
         scene = facets.scene
         shape, sign, inside = (of[surface] for of in (scene.shape_of, scene.sign, scene.inside))
-        own, least = facets.own[shape], KEPT * facets.tolerance
+        own, least = np.where(facets.own[shape] < 0, -1, facets.plane[facets.first[shape]]), KEPT * facets.tolerance
         which = facets.plane_of[shape]
         flat, rest = np.flatnonzero(which >= 0), np.flatnonzero(which < 0)
         out[flat] = facets.planes.inset(which[flat], out[flat], least)
         normal[flat] = faces[flat] = sign[flat, None] * facets.planes.normal[which[flat]]
-        facet, foot = facets.first[shape], out.copy()
+        facet = facets.first[shape]
         given = {"normals": normals, "middle": middle, "triangle": triangle}
         for k, some in runs_of(surface[rest]):
             some = rest[some]
@@ -34,10 +34,9 @@ class Placed(Receivers):
             *there, at = thing.receiving(out[some], scene.sign[k], least, **told)
             if at is not None:
                 there[:2] = beside(facets).lifted(thing, at, *there)
-                facet[some], foot[some] = facet[some] + at[0], at[1]
+                facet[some] += at[0]
             out[some], normal[some], faces[some] = there
-        under = facets.lying.covers(facet, foot - facets.centre, faces)
-        out += (facets.moved[shape] * sign)[:, None] * normal
+        under = facets.lying.covers(facet, out - facets.centre, faces) | facets.lying.within[surface]
         start = np.where((own < 0) | inside, facets.tolerance, -CLEAR * facets.tolerance)
         super().__init__(out - facets.centre, normal, own, start, inside, surface, faces, under)
         self.exact = out

@@ -17,13 +17,14 @@ BROAD = 2.0  # times the mean emission of all surfaces: what is no brighter fill
 
 
 class Source(Light):
-    """As a Light, colour (3,): radiance. skip: the shape that does not hide it; receivers (n surfaces,) bool: which its
-    light comes to, blockers: Facets of what may hide it, None for all; pattern None where it is even; is_surface:
-    whether samples' weights are areas; is_spot: whether it is what a beam lights; is_tinted: whether its colour varies
-    over its sample places; partly: the part of receivers that see a part of it, see Shares.at; whole: the Shape or
-    Light that it is cut from; unsure: how far its colour may be off, of itself."""
+    """As a Light, colour (3,): radiance. skip: the shape that does not hide it; own: as of receivers that it gives
+    nothing; receivers (n surfaces,) bool: which its light comes to, blockers: Facets of what may hide it, None for all;
+    pattern None where it is even; is_surface: whether samples' weights are areas; is_spot: whether it is what a beam
+    lights; is_tinted: whether its colour varies over its sample places; partly: the part of receivers that see a part
+    of it, see Shares.at; whole: the Shape or Light that it is cut from; unsure: how far its colour may be off, of
+    itself."""
 
-    whole, skip, partly, pattern, unsure = None, -1, 0.0, None, 0.0
+    whole, skip, own, partly, pattern, unsure = None, -1, -1, 0.0, None, 0.0
     is_surface = is_spot = is_tinted = False
 
     def __init__(self, colour, name):
@@ -58,8 +59,7 @@ class Emitter(Source):
         super().__init__(self._colour(scene), self.surface.name)
         self.skip = facets.own[scene.shape_of[index]]
         self.tolerance = facets.tolerance
-        layer = facets.moved[scene.shape_of[index]]  # m; what lies over it, in its plane, hides it
-        self.offset = layer * self.whole.normal if layer else np.zeros(3)
+        self.own = facets.plane[facets.first[scene.shape_of[index]]] if self.skip >= 0 else -1
         self.facets = facets
         if part is None and whole.is_mesh and len(facets.lying):
             self.shape = self._shown()
@@ -82,7 +82,7 @@ class Emitter(Source):
 
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi where the radiance is 1 and nothing hides it."""
-        return self.shape.unhidden(points - self.offset, normals, self.surface.sign, self.tolerance)
+        return self.shape.unhidden(points, normals, self.surface.sign, self.tolerance)
 
     def against(self, points, normals):
         """(n,) Whether points lie against a flat shape, or within the ball that shines outwards."""
@@ -104,8 +104,7 @@ class Emitter(Source):
         off = np.full(len(points), min(self.shape.lift, FLUSH * self.tolerance))  # no further than what touches it
         hidden = self._covered(points, normals)
         off[hidden] = -KEPT * self.tolerance  # behind what lies on it
-        places = points + off[:, None] * normals + np.where(hidden[:, None], 0.0, self.offset)
-        return places, normals, self.shape.area_shares(points)
+        return points + off[:, None] * normals, normals, self.shape.area_shares(points)
 
     def _covered(self, points, normals):
         """(n,) Whether something lies on it at points (n, 3) m, on the side that normals (n, 3) look to."""

@@ -190,7 +190,7 @@ def _segments(facets, charts, own, facet):
     """surface (k,), a, b (k, 2): where facets (n,) stand on flat shapes own (n,)."""
     sides, normal = facets.surface[facets.first[own]], facets.normal[facets.first[own]]
     known = sides.max(axis=1)  # of either side, whose chart is the shape's
-    origin = charts.origin[known] - facets.centre + facets.moved[own, None] * normal
+    origin = charts.origin[known] - facets.centre
     corners = facets.corners(facet) - origin[:, None]
     height = np.einsum("nci,ni->nc", corners, normal)
     height[np.abs(height) <= ON * facets.tolerance] = 0.0

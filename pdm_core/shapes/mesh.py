@@ -16,6 +16,7 @@ from .mesh_parts import parts_of
 from .mesh_places import MeshPlaces
 from .mesh_receiving import LIFTED, MeshReceiving
 from .plane import Facet
+from .rims import ways_in
 from .shape import FLATTEST, Shape, unit
 from .triangle_tiles import tiles_of
 from .triangles import facets_of, spread_over
@@ -126,12 +127,25 @@ class Mesh(Shape):
         return self.areas @ self.corners.mean(axis=1) / self.area
 
     @cached_property
+    def volume(self):
+        """m^3; of a closed mesh, negative where it is inside out."""
+        return np.einsum("ti,ti->", self._area_vectors, self.corners[:, 0] - self.middle) / 3
+
+    def inner_side(self, near):
+        """The sign of the side that is within, of a closed mesh so flat that its walls are no further apart than about
+        near m; 0 of others."""
+        wide = 2 * self.volume / self.area
+        if abs(wide) > near or len(self.ways_in[0]):
+            return 0
+        return 1 if wide < -near / 2 else -1
+
+    @cached_property
     def marks(self):
         p, q, r = (self.vertices[self.triangles[:, k]] for k in range(3))
         middle, centre = (p + q + r) / 3, self.middle
         spread = np.sqrt(self.areas @ ((middle - centre) ** 2).sum(axis=1) / self.area)
-        volume = np.einsum("ti,ti->", self._area_vectors, p - centre) / 3
-        front = self._area_vectors.sum(axis=0) / np.sqrt(self.area) + volume / self.area * np.array([0.3, 0.5, 0.8])
+        front = self._area_vectors.sum(axis=0) / np.sqrt(self.area)
+        front = front + self.volume / self.area * np.array([0.3, 0.5, 0.8])
         reach = np.abs((self._used - centre) @ REACHES.T).max(axis=0)
         return np.concatenate([centre, front, reach + spread])
 
@@ -139,6 +153,11 @@ class Mesh(Shape):
     def thickness(self):
         """m; the area over the extent: of a wire about its girth."""
         return self.area / (2 * self.bounds[1])
+
+    @cached_property
+    def ways_in(self):
+        """See rims.ways_in."""
+        return ways_in(self.places.names, self.corners, self.triangle_normals)
 
     @cached_property
     def places(self):

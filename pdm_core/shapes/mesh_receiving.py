@@ -4,7 +4,6 @@ from functools import cached_property
 
 import numpy as np
 
-from .rims import ways_in
 from .triangles import INNER, barycentric, inner
 
 OPPOSITE = -0.5  # cosine of a face to the normal told below which that is another face's
@@ -21,11 +20,6 @@ class MeshReceiving:
     def _longest(self):
         """(t,) m of the triangles' edges."""
         return np.linalg.norm(self.mesh.corners - np.roll(self.mesh.corners, 1, axis=1), axis=2).max(axis=1)
-
-    @cached_property
-    def _rims(self):
-        """See ways_in."""
-        return ways_in(self.mesh.places.names, self.mesh.corners, self.mesh.triangle_normals)
 
     def at(self, points, sign, least, normals=None, middle=None, triangle=None):
         """points (n, 3) m near it -> where they receive light on the side of the sign, at least so many m off it, and
@@ -54,7 +48,7 @@ class MeshReceiving:
         foot, place = (np.einsum("nk,nki->ni", a, corners) for a in (bary, inside))
         place += self._inward(triangle, inside, least)
         bent = np.linalg.norm(flat - smooth, axis=1)  # of flat faces none: what is thin is not lifted through
-        lift = np.maximum(LIFTED * bent * np.sqrt(mesh.areas[triangle]), least)
+        lift = np.maximum(LIFTED * bent * np.sqrt(mesh.areas[triangle]), least / 4)
         # off the face, or along the light's own normal where faces meet in a ridge
         return place + lift[:, None] * (flat + smooth) / 2, smooth, flat, (triangle, foot)
 
@@ -65,9 +59,9 @@ class MeshReceiving:
         out, least = np.zeros((len(triangle), 3)), min(least, mesh.thickness / 4)
         # others keep it anyway
         some = np.flatnonzero(least * self._longest[triangle] > 2 * INNER * mesh.areas[triangle])
-        if not len(some) or not len(self._rims[0]):
+        if not len(some) or not len(mesh.ways_in[0]):
             return out
-        (names, ways), name = self._rims, mesh.places.names[triangle[some]]
+        (names, ways), name = mesh.ways_in, mesh.places.names[triangle[some]]
         found = np.minimum(np.searchsorted(names, name), len(names) - 1)
         way = np.einsum("nk,nki->ni", np.where(names[found] == name, bary[some], 0.0), ways[found])
         normal = mesh.triangle_normals[triangle[some]]

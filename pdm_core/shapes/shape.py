@@ -116,7 +116,7 @@ class Shape:
     is_mesh = False  # whether parts of it may hide others; of all else [0, 1]^2 are places, for cells of light
     plural = None  # of what links do not know as it is
     bend = np.inf  # m; least radius of what is round
-    lift = 0.0  # m; what points are lifted off it that stand for its light
+    lift = 0.0  # m; what points are lifted off it at most that stand for its light
     wraps = False  # whether its second parameter runs around it
     first_cells = 1, 1  # along its parameters, where an integral over it begins
     least_cells = 1, 1  # along the chart's axes
@@ -216,7 +216,7 @@ class Flat(Shape):
     there, and factor(points (n, 3) m, unit normals (n, 3)) -> (n,) irradiance / pi for radiance 1, seen from either
     side where nothing hides it."""
 
-    is_flat = True
+    is_flat, lift = True, np.inf  # what is in its plane must not hide them
 
     @property
     def box(self):
