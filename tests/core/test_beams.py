@@ -59,7 +59,7 @@ def test_a_beam_meets_a_mesh():
 def test_many_beams_in_a_ball(degrees, told_by_nodes):
     """What they light is made sources of their own only where nodes do not tell of it."""
     rng = np.random.default_rng(3)
-    lights = [SpotLight(rng.uniform(-0.2, 0.2, 3), rng.normal(size=3), 10.0, np.radians(degrees)) for _ in range(99)]
+    lights = [SpotLight(rng.uniform(-0.2, 0.2, 3), rng.normal(size=3), 10.0, np.radians(degrees)) for _ in range(33)]
     surface = Surface(Sphere.at((0, 0, 0), RADIUS), RHO, side="back")
     solution, points = by_rays(Scene([surface], lights=lights), TARGET), RADIUS * ball_mesh(3)[0]
     assert (len(solution._state.lit.sources) == len(lights)) == told_by_nodes

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from places import PLACES, Place
 from test_flush_meshes import LEAN, by_rays
 
 from pdm_core import Mesh, Polygon, Scene, Surface
@@ -11,11 +10,6 @@ from pdm_core.rays.merged import Merged
 
 BASE = 0.13  # m, of a cup below the table's top
 WALL = 0.05  # m, and of its bottom
-
-
-@pytest.fixture(params=PLACES, ids=list(PLACES))
-def place(request):
-    return Place(*PLACES[request.param])
 
 
 def cup(count=32):
