@@ -53,7 +53,7 @@ def test_ball_in_a_long_room():
         Plane((0, 1, 0), (1, 0, 0), (0, 0, 1000)),
     ]
     scene = Scene([*(Surface(p) for p in room), Surface(Sphere.at((0.5, 0.5, 300), 0.3))])
-    result = form_factors(scene, 1e-2)
+    result = form_factors(scene, 1e-3)
     assert result.F.sum(axis=1) == pytest.approx(1, abs=1e-3)
     assert result.F[2:6, 6] == pytest.approx(0.25 * 4 * np.pi * 0.09 / 1000, rel=5e-3)
     assert reciprocity(scene, result) <= 1.01
