@@ -72,7 +72,7 @@ def test_what_shines_beneath_a_cover_gives_nothing(place, covered, kind):
     np.testing.assert_allclose(by_rays(scene, 0.1).incident(1, at)[:, 0], right, rtol=0.1)
 
 
-@pytest.mark.parametrize("kind", STICKERS)
+@each_somewhere("kind", STICKERS)
 def test_a_lamp_flush_with_a_ceiling_is_seen_from_below(place, kind):
     """Let into the ceiling from above, it lit nothing."""
     vertices, faces = box((1, 1, 0), (2.5, 2.2, 0.2))
