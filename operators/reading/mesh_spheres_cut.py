@@ -123,11 +123,12 @@ def _lattice(angle, period, sine):
 def _whole(rings, segments, k, j):
     """Yields powers of two by which rings and segments are thinned out so that all crossings of them are vertices, and
     the first segment then; the least first."""
-    have = np.zeros((rings, segments), bool)
-    have[k, j] = True
-    steps = [[1 << n for n in range(FINEST + 1) if count % (1 << n) == 0 and count >> n >= 3] for count in have.shape]
+    k, j = np.divmod(np.unique(k * segments + j), segments)  # each crossing once; a table of all may fill the memory
+    j, k = j[(0 < k) & (k < rings)], k[(0 < k) & (k < rings)]
+    steps = [[1 << n for n in range(FINEST + 1) if c % (1 << n) == 0 and c >> n >= 3] for c in (rings, segments)]
     for down, along in sorted(product(*steps), key=lambda pair: pair[0] * pair[1]):
-        full = np.flatnonzero([have[down::down, first::along].all() for first in range(along)])
+        met = np.bincount(j[k % down == 0] % along)
+        full = np.flatnonzero(met == (rings // down - 1) * (segments // along))
         if len(full):
             yield down, along, int(full[0])
 

@@ -3,10 +3,19 @@
 import itertools
 
 import numpy as np
+import pytest
 
 from pdm_core import Plane, Surface
 
 PLACES = {"as made": (0.0, (0, 0, 0)), "turned": (0.3, (0, 0, 0)), "turned and far": (0.7, (1000, 2000, 3))}
+
+
+def each_somewhere(names, values):
+    """Parametrises a test by values, each at one of PLACES in turn, the hardest first, which is its fixture `place`.
+    For what takes long: all kinds and all places are tried, not each kind at each place."""
+    where = itertools.cycle(reversed(PLACES))
+    rows = [(*value, next(where)) if isinstance(value, tuple) else (value, next(where)) for value in values]
+    return pytest.mark.parametrize(f"{names}, place", rows, indirect=["place"])
 
 
 class Place:

@@ -1,8 +1,10 @@
 """What touches: carpets, lamps on ceilings, crates, partitions, slabs, in rooms however they are turned and moved."""
 
+from itertools import product
+
 import numpy as np
 import pytest
-from places import PLACES, Place
+from places import PLACES, Place, each_somewhere
 from rooms import transport_of
 
 from pdm_core import Plane, Scene, SceneError, Sphere, Surface, form_factors, solve
@@ -105,8 +107,7 @@ def test_a_carpet_in_the_floors_plane_is_as_one_just_above_it(place, reflectance
     assert solution.error < 0.01
 
 
-@pytest.mark.parametrize("gap", [0, 2.4e-7, 1e-5, 1e-3])
-@pytest.mark.parametrize("rounding", [2**-53, 2**-24])
+@each_somewhere("gap, rounding", product([2.4e-7, 1e-5, 1e-3, 0], [2**-24, 2**-53]))
 def test_a_lamp_may_come_as_near_to_the_ceiling_as_it_likes(place, gap, rounding):
     surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.7)
     surfaces += place.sheet((1.5, 1.5, 3 - gap), (0, 1, 0), (1, 0, 0), emission=10)

@@ -4,8 +4,11 @@ Rays met either of them, of those which lie in one plane, and its back is black;
 was left out, whichever way it looks.
 """
 
+from itertools import product
+
 import numpy as np
 import pytest
+from places import each_somewhere
 from test_mesh import CUBE, CUBE_FACES, ball
 from test_rays_cases import by_rays
 
@@ -14,8 +17,7 @@ from pdm_core import Mesh, Scene, SunLight, Surface, solve
 PAPER = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 
 
-@pytest.mark.parametrize("squashed", [(1, 1, 0), (1, 1, 1e-11), (0.6, 0, 0.8)])
-@pytest.mark.parametrize("smooth", [True, False])
+@each_somewhere("smooth, squashed", product([True, False], [(1, 1, 0), (1, 1, 1e-11), (0.6, 0, 0.8)]))
 def test_a_ball_flattened_to_nothing_in_a_furnace(place, squashed, smooth):
     vertices, faces = ball(8)
     disc = Mesh(place(0.5 * vertices * squashed + (0, 0, 0.6)), faces, smooth)
@@ -33,7 +35,7 @@ LAMPS = {
 }
 
 
-@pytest.mark.parametrize("lamp", LAMPS)
+@each_somewhere("lamp", LAMPS)
 def test_a_lamp_of_no_thickness_shines_both_ways_once(place, lamp):
     vertices, faces, sides = LAMPS[lamp]
     walls = [

@@ -1,8 +1,10 @@
 """Meshes that stand on flat shapes and against them, by rays: dark where they touch, and no way out there."""
 
+from functools import cache
+
 import numpy as np
 import pytest
-from test_contacts import PLACES, Place
+from places import PLACES, Place, each_somewhere
 
 from pdm_core import AreaLight, Mesh, Plane, PointLight, Polygon, Scene, Surface
 from pdm_core.rays.facets import Facets
@@ -16,11 +18,6 @@ LEAN = np.array([[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]])
 
 def by_rays(scene, target=0.04):
     return finish(ray_steps(scene, target, None, ""))
-
-
-@pytest.fixture(params=PLACES, ids=list(PLACES))
-def place(request):
-    return Place(*PLACES[request.param])
 
 
 def box(low, high):
@@ -48,9 +45,7 @@ FLUSH = {
 }
 
 
-@pytest.mark.parametrize(
-    "kind, made", [*((kind, "planes") for kind in FLUSH), ("drum", "polygons"), ("drum", "outward")]
-)
+@each_somewhere("kind, made", [*((kind, "planes") for kind in FLUSH), ("drum", "polygons"), ("drum", "outward")])
 def test_no_light_comes_in_where_a_smooth_mesh_stands(place, kind, made):
     """Places of its feet lay beyond the floor, in the bright sky, and counted at the rim, whose vertices are of the
     side as well: up to 13 in the room, under a sky of 100, and the target was never met."""
@@ -67,13 +62,26 @@ def test_no_light_comes_in_where_a_smooth_mesh_stands(place, kind, made):
     assert max(solution.radiance(mesh, points).max() for points in (inside, place(vertices))) == 0
 
 
-@pytest.mark.parametrize("smooth", [False, True])
-def test_what_lies_against_a_wall_is_dark(place, smooth):
+@pytest.fixture(scope="module")
+def cornered():
+    """cornered(angle, offset, smooth, turn): a room with a box of a mesh in its corner, its faces in that order; the
+    Solution and the Mesh."""
+
+    @cache
+    def solved(angle, offset, smooth, turn):
+        place, (vertices, faces) = Place(angle, offset), FLUSH["box in a corner"]
+        lamp = place.box((1.6, 1.6, 2.2), (2.2, 2.2, 2.4), emission=10.0)
+        room = place.box((0, 0, 0), SIZE, inward=True, reflectance=0.6)
+        mesh = Mesh(place(vertices), faces[::turn], smooth)
+        return by_rays(Scene([*room, *lamp, Surface(mesh, 0.6)], rounding=2**-24)), mesh
+
+    return solved
+
+
+@pytest.mark.parametrize("smooth, where", [(False, "turned and far"), (True, "turned"), (True, "as made")])
+def test_what_lies_against_a_wall_is_dark(cornered, smooth, where):
     """It took a sixth of the light of the wall beside it, where shaded smoothly still a tenth of what is shown."""
-    vertices, faces = FLUSH["box in a corner"]
-    lamp = place.box((1.6, 1.6, 2.2), (2.2, 2.2, 2.4), emission=10.0)
-    room = place.box((0, 0, 0), SIZE, inward=True, reflectance=0.6)
-    solution = by_rays(Scene([*room, *lamp, Surface(Mesh(place(vertices), faces, smooth), 0.6)], rounding=2**-24))
+    place, (solution, _) = Place(*PLACES[where]), cornered(*PLACES[where], smooth, 1)
     hidden = place(np.array([[0, 0.3, 0.4], [0.6, 0, 0.4], [0.3, 0.3, 0], [1.0, 0.1, 0]]))
     shown = place(np.array([[1.2, 0.2, 0.4], [0.6, 0.5, 0.4], [0.6, 0.3, 0.8]]))
     least = solution.radiance(12, shown).min()
@@ -101,16 +109,12 @@ def test_what_is_sunk_in_the_ground_takes_no_light_from_beside_it(place):
     assert np.abs(solution.radiance(5, place(beside)) - 1).mean() < 0.005
 
 
-@pytest.mark.parametrize("turn", [1, -1])
-def test_vertices_where_a_smooth_mesh_stands_against_walls_are_of_faces_that_are_seen(place, turn):
+@pytest.mark.parametrize("turn, where", [(1, "turned"), (1, "as made"), (-1, "turned and far")])
+def test_vertices_where_a_smooth_mesh_stands_against_walls_are_of_faces_that_are_seen(cornered, turn, where):
     """Which of its faces a vertex was read on hung on their order: a box's corner on show was black."""
-    vertices, faces = FLUSH["box in a corner"]
-    lamp = place.box((1.6, 1.6, 2.2), (2.2, 2.2, 2.4), emission=10.0)
-    room = place.box((0, 0, 0), SIZE, inward=True, reflectance=0.6)
-    mesh = Mesh(place(vertices), faces[::turn], True)
-    solution = by_rays(Scene([*room, *lamp, Surface(mesh, 0.6)], rounding=2**-24))
+    solution, mesh = cornered(*PLACES[where], True, turn)
     middles = mesh.corners.mean(axis=1)[[np.flatnonzero((mesh.triangles == k).any(axis=1))[0] for k in range(8)]]
-    at = place(vertices)
+    at = mesh.vertices
     told = 0.6 * solution.incident(np.full(8, 12), at, mesh.normals(at), middles)
     for light in (told, solution.radiance(12, at)):
         assert light[0].max() < 0.03 and light[1:].min() > 0.05
@@ -146,8 +150,7 @@ FLOORS = {
 }
 
 
-@pytest.mark.parametrize("gap, rounding", [(0.0, 2**-24), (1e-5, 2**-53)])
-@pytest.mark.parametrize("kind", FLOORS)
+@each_somewhere("kind, gap, rounding", [(k, *gap) for k in FLOORS for gap in ((0.0, 2**-24), (1e-5, 2**-53))])
 def test_a_shining_mesh_gives_nothing_through_the_floor_that_it_stands_on(place, kind, gap, rounding):
     """The storey below got .42, where the lamp's own is 10: points that stand for it lay off it by a part in 10,000 of
     its size, beyond the floor."""

@@ -55,7 +55,7 @@ def test_the_estimated_error_is_large_where_the_error_is():
         Surface(Sphere.at((0.5, 0.3, -2.0), 1.0), 0.7),
     ]
     scene = Scene(surfaces)
-    coarse, fine = solve(scene, 0.015), solve(scene, 0.002)
+    coarse, fine = solve(scene, 0.015), solve(scene, 0.004)
     rng, told, true = np.random.default_rng(5), [], []
     for k in (0, 1, 2, 7, 8):
         shape = scene.surfaces[k].shape

@@ -35,7 +35,7 @@ def solved(request):
     return scene, solution, surface, points
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def kept(solved):
     _, solution, surface, points = solved
     return solution.kept(surface, points)

@@ -1,8 +1,10 @@
 """By rays what lies on a face in its plane covers it where one of the two is a mesh, as a plane on a plane does."""
 
+from itertools import product
+
 import numpy as np
 import pytest
-from places import PLACES, Place
+from places import each_somewhere
 from rooms import by_rays
 from test_flush_meshes import box
 
@@ -24,13 +26,7 @@ STICKERS = {
 SIDES = {"one side": ("front",), "both sides": ("front", "back")}
 
 
-@pytest.fixture(params=PLACES, ids=list(PLACES))
-def place(request):
-    return Place(*PLACES[request.param])
-
-
-@pytest.mark.parametrize("sides", SIDES)
-@pytest.mark.parametrize("kind", CARPETS)
+@each_somewhere("kind, sides", product(CARPETS, SIDES))
 def test_a_floor_is_dark_under_a_mesh_in_its_plane(place, kind, sides):
     """It took the light of the room through the carpet; and a triangle's own light was that of the floor's other side,
     as the middle of its box is not in its plane."""
@@ -76,7 +72,7 @@ def test_what_shines_beneath_a_cover_gives_nothing(place, covered, kind):
     np.testing.assert_allclose(by_rays(scene, 0.1).incident(1, at)[:, 0], right, rtol=0.1)
 
 
-@pytest.mark.parametrize("kind", STICKERS)
+@each_somewhere("kind", STICKERS)
 def test_a_lamp_flush_with_a_ceiling_is_seen_from_below(place, kind):
     """Let into the ceiling from above, it lit nothing."""
     vertices, faces = box((1, 1, 0), (2.5, 2.2, 0.2))

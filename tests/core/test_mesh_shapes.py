@@ -2,6 +2,7 @@
 
 import importlib
 import sys
+import tracemalloc
 import types
 from pathlib import Path
 
@@ -332,7 +333,11 @@ def test_uneven_rings_are_no_sphere():
     z = np.round(np.arccos(np.clip(vertices[:, 2], -1, 1)) * 16 / np.pi) / 8 - 1
     phi = np.arctan2(vertices[:, 1], vertices[:, 0])
     r = np.sqrt(1 - z * z)
+    tracemalloc.start()
     assert not_a_sphere((np.column_stack([r * np.cos(phi), r * np.sin(phi), -z]), polygons))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1e7  # bytes: 1 GB was looked through for crossings
 
 
 def test_a_twisted_sphere_is_none():

@@ -49,9 +49,8 @@ TRACED = [
 ]
 
 
-@pytest.mark.parametrize("edge", [0.013, -0.77])
+@pytest.mark.parametrize(("edge", "turned"), [(0.013, True), (-0.77, False)])
 @pytest.mark.parametrize("target", [0.04, TARGET])
-@pytest.mark.parametrize("turned", [False, True])
 def test_a_shadow_that_ends_in_a_corner_of_two_walls_that_light_each_other(edge, target, turned):
     """The same points of both walls show each other again and again, so that no cell's mean tells what comes there."""
     turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0] if turned else np.eye(3)

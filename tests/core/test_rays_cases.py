@@ -1,8 +1,10 @@
 """Everyday scenes by rays that came out wrong once, with closed forms, energy or symmetry for the right values."""
 
+from itertools import product
+
 import numpy as np
 import pytest
-from places import Place
+from places import Place, each_somewhere
 
 from pdm_core import Mesh, Plane, PointLight, Polygon, Scene, SceneError, Sphere, Surface
 from pdm_core.rays.solution import ray_steps
@@ -26,8 +28,13 @@ def rounded(surfaces):
     return [Surface(shape, s.reflectance, s.emission, s.side) for shape, s in zip(shapes, surfaces)]
 
 
-@pytest.mark.parametrize("polygons", [False, True])
-@pytest.mark.parametrize("offset", [(0, 0, 0), (100, 200, 3), (1000, 2000, 3), (10_000, -20_000, 3)])
+FAR = (10_000, -20_000, 3)
+
+
+@pytest.mark.parametrize(
+    "offset, polygons",
+    [((0, 0, 0), False), ((100, 200, 3), True), ((1000, 2000, 3), False), (FAR, True), (FAR, False)],
+)
 def test_walls_that_rounding_parted_keep_the_sky_out(offset, polygons):
     place = Place(0.7, offset)
     walls = rounded(place.box((-1, -1, -1), (1, 1, 1), inward=True, reflectance=0.7))
@@ -47,8 +54,9 @@ def grid(wall, cells):
     return Mesh(points.reshape(-1, 3).astype(np.float32).astype(float), faces, smooth=False)
 
 
-@pytest.mark.parametrize("cells", [1, 4, 24])
-@pytest.mark.parametrize("offset", [(0, 0, 0), (1000, 2000, 3), (10_000, -20_000, 3)])
+@pytest.mark.parametrize(
+    "offset, cells", [*product([(0, 0, 0), (1000, 2000, 3), FAR], [1, 4]), (FAR, 24)]
+)
 def test_walls_of_separate_meshes_keep_the_sky_out(offset, cells):
     """Read at their vertices too, which rounding puts before or behind the next wall; cells down to 17 tolerances."""
     place = Place(2.1, offset)
@@ -58,7 +66,7 @@ def test_walls_of_separate_meshes_keep_the_sky_out(offset, cells):
     assert max(solution.radiance(k, w.shape.vertices).max() for k, w in enumerate(walls)) == 0
 
 
-@pytest.mark.parametrize("rounding", [DOUBLE, SINGLE])
+@each_somewhere("rounding", [DOUBLE, SINGLE])
 def test_crates_side_by_side_stay_in_line(place, rounding):
     """Their sides, which share an edge each, were taken to overlap where turned: a gap for the light beside them."""
     surfaces = [s for x in range(3) for s in place.box((x, 0, 0), (x + 1, 1, 1), reflectance=0.5)]
@@ -95,7 +103,7 @@ def test_a_room_of_touching_slabs_is_dark_inside(place, rounding):
     assert max(solution.radiance(k, surfaces[k].shape.spread(200)).max() for k in (5, 10, 13, 18, 27, 32)) == 0
 
 
-@pytest.mark.parametrize(("gap", "rounding"), [(0, DOUBLE), (2.4e-7, SINGLE), (1e-5, DOUBLE), (1e-5, SINGLE)])
+@each_somewhere("gap, rounding", [(2.4e-7, SINGLE), (0, DOUBLE), (1e-5, DOUBLE), (1e-5, SINGLE)])
 def test_a_lamp_under_a_ceiling(place, gap, rounding):
     """.4253 below its middle: what a tracer and the other engine tell."""
     surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.7)
@@ -107,8 +115,7 @@ def test_a_lamp_under_a_ceiling(place, gap, rounding):
     assert np.sqrt(((found - 1) ** 2).mean()) <= solution.error
 
 
-@pytest.mark.parametrize("deep", [1e-4, 0.1])
-@pytest.mark.parametrize("sides", [("front",), ("front", "back")])
+@each_somewhere("deep, sides", product([1e-4, 0.1], [("front",), ("front", "back")]))
 def test_a_ball_sunk_in_a_floor_sees_half_of_the_sky_from_its_top(place, deep, sides):
     ball = Sphere.at(place([(0, 0, 0.5 - deep)])[0], 0.5)
     surfaces = [Surface(ball, 0.5, side=side) for side in sides]
@@ -156,7 +163,7 @@ def test_a_lamp_alone_has_no_error():
     assert (solution.radiance(0, [(0.5, 0.5, 0)]) == 10).all()
 
 
-@pytest.mark.parametrize("size", [(1e6, 1e6, 1), (1, 1, 1e3), (1e3, 1, 1e-3), (1e-6, 1e-6, 1e-6)])
+@each_somewhere("size", [((1e6, 1e6, 1),), ((1, 1, 1e3),), ((1e3, 1, 1e-3),), ((1e-6, 1e-6, 1e-6),)])
 def test_flat_and_long_rooms_are_furnaces(place, size):
     place.offset = place.offset * min(size)
     surfaces = place.box((0, 0, 0), size, inward=True, reflectance=0.7, emission=0.3)
@@ -180,8 +187,7 @@ def test_a_ball_whose_middle_lies_in_a_plane(place, axes):
     assert solution.radiance(1, place(under)).max() == 0
 
 
-@pytest.mark.parametrize("thick", [0, 1e-5, 0.1])
-@pytest.mark.parametrize("at", [2, 2.1])
+@each_somewhere("thick, at", product([0, 1e-5, 0.1], [2, 2.1]))
 def test_no_light_comes_through_a_partition(place, thick, at):
     """Cells of floor, ceiling and walls lie across it: the dark side had up to .06 of the lit one's .43."""
     surfaces = place.box((0, 0, 0), (4, 4, 3), inward=True, reflectance=0.7)
@@ -198,8 +204,8 @@ def test_no_light_comes_through_a_partition(place, thick, at):
     assert mean(solution, 0) > 0.3
 
 
-@pytest.mark.parametrize(
-    ("slant", "low", "thick"),
+@each_somewhere(
+    "slant, low, thick",
     [(0.3, (2.03, 1.97), 0), (1.1, (2.03, 1.97), 0), (1.8488, (2.48, 2), 0), (1.6418, (2.11, 2), 0.03)],
 )
 def test_no_light_comes_through_a_partition_askew(place, slant, low, thick):
@@ -224,8 +230,7 @@ def test_no_light_comes_through_a_partition_askew(place, slant, low, thick):
     assert light[4][side[4] > thick / 2].mean() > 0.2
 
 
-@pytest.mark.parametrize("times", [2.5, 3.5, 5])
-@pytest.mark.parametrize("rounding", [2**-24, 2**-30])
+@each_somewhere("times, rounding", product([2.5, 3.5, 5], [2**-24, 2**-30]))
 def test_a_thin_box_is_refused_or_right(place, times, rounding):
     """Its lids lie so near each other that by their rounding alone each might be against the other: from .3 to .8 for 1
     came out."""
@@ -242,25 +247,32 @@ def test_a_thin_box_is_refused_or_right(place, times, rounding):
         assert solution.radiance(k, surface.shape.spread(50))[:, 0] == pytest.approx(1, abs=0.04)
 
 
-def caught(place, gap, grey):
-    """The RMS of what the radiance between two planes is off, 1, and what is stated: everything sends out what it
-    swallows, the sky too."""
+def caught(place, gap, grey, solutions):
+    """Of so many solutions on the way, at most, the RMS of what the radiance between two planes is off, 1, and what is
+    stated: everything sends out what it swallows, the sky too."""
     planes = place.plane((0, 0, 0), (1, 0, 0), (0, 1, 0)), place.plane((0, 0, gap), (0, 1, 0), (1, 0, 0))
-    solution = by_rays(Scene([Surface(plane, grey, 1 - grey) for plane in planes], 1.0), 0.01)
-    off = [solution.radiance(k, plane.spread(400)) - 1 for k, plane in enumerate(planes)]
-    return np.sqrt(np.mean(np.square(off))), solution.error
+    scene, found = Scene([Surface(plane, grey, 1 - grey) for plane in planes], 1.0), []
+    for _, _, best in ray_steps(scene, 0.01, None, ""):
+        if best is not None and best not in found:
+            found.append(best)
+            off = [best.radiance(k, plane.spread(400)) - 1 for k, plane in enumerate(planes)]
+            yield np.sqrt(np.mean(np.square(off))), best.error
+        if len(found) == solutions:
+            return
 
 
-@pytest.mark.parametrize("grey", [0.9, 0.99, 0.999])
+@each_somewhere("grey", [0.999, 0.99, 0.9])
 def test_what_is_caught_between_white_planes_is_in_the_error(place, grey):
-    off, stated = caught(place, 0.01, grey)
+    *_, (off, stated) = caught(place, 0.01, grey, np.inf)
     assert off < stated + 1e-4
 
 
-def test_what_is_caught_between_all_but_mirrors_is_in_the_error():
-    """Once: it takes more than a minute."""
-    off, stated = caught(Place(0.4), 1e-4, 0.999999)
-    assert off < stated + 1e-4
+@pytest.mark.parametrize("gap, within_reach", [(1e-2, True), (5e-3, False), (1e-4, False)])
+def test_what_is_caught_between_all_but_mirrors_is_in_the_error(gap, within_reach):
+    """Of the first two solutions: between nearer planes the target is out of reach for minutes."""
+    for off, stated in caught(Place(0.4), gap, 0.999999, 2):
+        assert off < stated
+    assert stated <= 0.01 or not within_reach
 
 
 def test_what_a_lamp_is_linked_away_from_reflects_none_of_its_light():

@@ -1,8 +1,9 @@
 """Meshes that other shapes run through, by rays: their light on one side of these is none on the other."""
 
+from itertools import product
+
 import numpy as np
-import pytest
-from places import PLACES, Place
+from places import each_somewhere
 from test_flush_meshes import LEAN, by_rays
 
 from pdm_core import Mesh, Polygon, Scene, Surface
@@ -11,11 +12,6 @@ from pdm_core.rays.merged import Merged
 
 BASE = 0.13  # m, of a cup below the table's top
 WALL = 0.05  # m, and of its bottom
-
-
-@pytest.fixture(params=PLACES, ids=list(PLACES))
-def place(request):
-    return Place(*PLACES[request.param])
 
 
 def cup(count=32):
@@ -45,8 +41,7 @@ def valley(steps=4):
     return np.concatenate([vertices, below]), [*top, *sides, [int(p) + x.size for p in border[::-1]]]
 
 
-@pytest.mark.parametrize("lean", [np.eye(3), LEAN], ids=["upright", "leaning"])
-@pytest.mark.parametrize("smooth", [False, True])
+@each_somewhere("smooth, lean", product([False, True], [np.eye(3), LEAN]))
 def test_what_a_cup_sunk_in_a_table_holds_is_lit_from_above_the_top_alone(place, smooth, lean):
     """Its inside below the top is closed off, and counted on the faces that come out of it: within the cup up to a
     fifth of the light was lost, 1 to 2.4 % of all, where .3 were stated."""
@@ -65,7 +60,7 @@ def test_what_a_cup_sunk_in_a_table_holds_is_lit_from_above_the_top_alone(place,
     assert np.abs(solution.radiance(6, place(wall)) - 1).max() < 0.04
 
 
-@pytest.mark.parametrize("steps", [4, 40])
+@each_somewhere("steps", [40, 4])
 def test_houses_in_a_valley_are_lit_from_the_ground_on(place, steps):
     """The ground sees itself within them, and their walls each other within the ground: both counted outside."""
     ground = Mesh(place(valley(steps)[0]), valley(steps)[1], False)
