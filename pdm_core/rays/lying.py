@@ -11,6 +11,7 @@ from ..boxes import near, overlap
 from ..coincident import ALONG
 from ..connected import connected
 from ..layers import bodies, lies_toward, ranks, rounded
+from ..scene import LOST
 from ..shapes.shape import PARALLEL
 from .grid import pairs_of
 from .near_flats import ON
@@ -148,7 +149,7 @@ def _are_flush(facets, one, other):
     pair = pair[:, out]
     corners = facets.corners(pair.ravel()).reshape(2, -1, 4, 3)
     height = np.einsum("pnci,pni->pnc", corners[::-1] - corners[:, :, :1], facets.normal[pair])
-    out[out] = np.abs(height).max(axis=2).min(axis=0) <= ON * facets.tolerance
+    out[out] = np.abs(height).max(axis=2).min(axis=0) <= LOST * facets.tolerance  # lids of what is thicker are not
     return out
 
 
