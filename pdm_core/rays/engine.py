@@ -186,7 +186,8 @@ class RayState:
     def straight(self, receivers, roughly=False):
         """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
         told = self.told * self.target
-        points = COMPARED if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
+        few, most = COMPARED if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
+        points = few, int(most / self.told)  # where it is to be less, no fewer than that takes, and most are soon enough
         tolerance = told * self._level_at(receivers)
         return (yield from self.lit.shares.at(receivers, tolerance, TOLD_BRIGHT * told, points))[:2]
 
