@@ -16,6 +16,7 @@ from .rows import HALF, Gathered, Traced, directions, sky_alone, sky_missed
 
 SAFETY = 1.7  # of what halves and surpluses tell to what is stated
 CHECKED = 256, 1024  # points where the error is found: at least, and at most, where they are of few rays
+ASKED, FINER = 4, 4.0  # every such of them is asked for its direct light again, so many times as fine
 CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
 ONE_WAY = 0.2  # of the error of cells: of one sign in all that a place sees of them in part, as where daylight bends
@@ -59,7 +60,11 @@ class Check:
             unsure = np.hypot(unsure, sky_missed(scene, sky, self.looked_rays))
         there = self.places.surface
         rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
-        shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
+        some, wrong = self.shade
+        # what halves of the points tell, and smooth, and, by few places, what is wrong: also where all of them agree
+        told = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
+        found = self._relative(there[some], ASKED * weight[some], ((rho[some] * wrong) ** 2).sum(axis=1))
+        shadows = float(np.hypot(told, found)) / np.sqrt(2)
         told_by = state.sent, state.lit.lost, state.lit.lamps
         if self.told_by is None or any(now is not before for now, before in zip(told_by, self.told_by)):
             yield from self._of_nodes()
@@ -104,7 +109,10 @@ class Check:
         if self.looked is None or len(self.looked[0]) != count:
             surface, points, weight = check_points(state.scene, state.reflects, count)
             self.places = Placed(state.facets, surface, points)
-            off = (yield from state.straight(self.places))[1]
+            factor, off = yield from state.straight(self.places)
+            some = np.arange(0, count, ASKED)
+            finer = (yield from state.straight(self.places.take(some), finer=FINER))[0]
+            self.shade = some, np.einsum("nkc,kc->nc", factor[some] - finer, state.lit.light)
             sky = None if state.scene.sky is None else sky_alone(state.scene, self.places.normals)
             self.looked = weight, materials_at(state.scene, surface, points)[0], off, sky
         if self.looked_rays is None or self.looked_rays.code.shape != (count, state.read):

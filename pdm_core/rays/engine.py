@@ -14,7 +14,7 @@ from ..numerics import ROUGHLY, SOLVED, gcr
 from ..signs_of_life import finish, in_thread
 from .amplified import amplification
 from .covered import covered
-from .direct import COARSE, COMPARED, FINE, READ
+from .direct import COARSE, COMPARED, FACTOR, FINE, READ
 from .facets import Facets
 from .glare import glare_of
 from .grid import batches
@@ -183,11 +183,12 @@ class RayState:
         total /= np.maximum(weight, 1e-300)[:, None]
         return total if glare is None else total + (yield from glare.at(receivers)).mean(axis=0)
 
-    def straight(self, receivers, roughly=False):
-        """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
-        told = self.told * self.target
+    def straight(self, receivers, roughly=False, finer=1.0):
+        """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,), so many times as
+        little as usual; yields."""
+        told = self.told / finer * self.target
         few, most = COMPARED if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
-        points = few, int(most / self.told)  # where it is to be less, no fewer than that takes, and most are soon enough
+        points = few, int(most * min(1 / self.told, FACTOR))  # most are soon enough, but not where it is to be less
         tolerance = told * self._level_at(receivers)
         return (yield from self.lit.shares.at(receivers, tolerance, TOLD_BRIGHT * told, points))[:2]
 
