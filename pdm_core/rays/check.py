@@ -10,7 +10,7 @@ from ..each_surface import TOLD
 from ..read_off import drawn, materials_at, spread_points
 from ..signs_of_life import in_thread
 from .amplified import passed_on
-from .engine import DIM
+from .engine import DIM, is_same
 from .placed import Placed
 from .rows import HALF, Gathered, Traced, directions, sky_alone, sky_missed
 
@@ -66,7 +66,7 @@ class Check:
         found = self._relative(there[some], ASKED * weight[some], ((rho[some] * wrong) ** 2).sum(axis=1))
         shadows = float(np.hypot(told, found)) / np.sqrt(2)
         told_by = state.sent, state.lit.lost, state.lit.lamps
-        if self.told_by is None or any(now is not before for now, before in zip(told_by, self.told_by)):
+        if not is_same(told_by, self.told_by):
             yield from self._of_nodes()
             self.told_by = told_by
         self.parts = {"rays": rays, "shadows": float(np.hypot(shadows, self.lost)), **self.passed_parts}

@@ -30,6 +30,11 @@ TOLD_BRIGHT = 0.5  # of what direct light may be off by, where it is brighter th
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
 
 
+def is_same(now, before):
+    """Whether a tuple holds the very things that one before did, if any: arrays are replaced, never written into."""
+    return before is not None and all(one is other for one, other in zip(now, before))
+
+
 class RayState:
     """Everything a solution by rays grows from."""
 
@@ -45,7 +50,7 @@ class RayState:
         self.read = RAYS  # directions where colours are read
         self.told = 1.0  # of the target: what direct light may be off by where part of a source is seen, in few places
         self.level = 0.0
-        self.changed = True  # whether rows or direct light are others than were solved with
+        self.solved_of = None  # rows and direct light
         self.glares = {}  # by the number of directions of those who see it
 
     def elapsed(self):
@@ -85,7 +90,7 @@ class RayState:
 
     def link(self):
         """The rows of all nodes, and their own light: what they send whatever they receive."""
-        self.rows, self.changed = Gathered(self.traced, self.nodes, self.scene), True
+        self.rows = Gathered(self.traced, self.nodes, self.scene)
         vars(self).pop("narrow", None)
         own = self.nodes.surface
         self.shining = np.where(self.by_rays[own, None], self.scene.emission[own], 0.0)
@@ -94,9 +99,10 @@ class RayState:
 
     def solve(self):
         """E at the nodes, and what they send on, where their rows or direct light are others than before; yields."""
-        if self.changed:
+        given = self.rows, self.lit.factor
+        if not is_same(given, self.solved_of):
             yield from in_thread(self._solve)
-            self.changed = False
+            self.solved_of = given
 
     def _solve(self):
         rho = self.nodes.reflectance
