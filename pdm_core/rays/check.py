@@ -47,7 +47,7 @@ class Check:
             return
         yield from self._look()
         nodes, scene = state.nodes, state.scene
-        weight, rho, off, sky = self.looked
+        weight, rho, _, sky = self.looked
         rows = yield from in_thread(Gathered, self.looked_rays, nodes, scene)
         glare = yield from state.glare(state.read)
         if glare is not None:
@@ -60,11 +60,7 @@ class Check:
             unsure = np.hypot(unsure, sky_missed(scene, sky, self.looked_rays))
         there = self.places.surface
         rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
-        some, wrong = self.shade
-        # what halves of the points tell, and smooth, and, by few places, what is wrong: also where all of them agree
-        told = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
-        found = self._relative(there[some], ASKED * weight[some], ((rho[some] * wrong) ** 2).sum(axis=1))
-        shadows = float(np.hypot(told, found)) / np.sqrt(2)
+        shadows = self._shadows()
         told_by = state.sent, state.lit.lost, state.lit.lamps
         if not is_same(told_by, self.told_by):
             yield from self._of_nodes()
@@ -118,6 +114,16 @@ class Check:
         if self.looked_rays is None or self.looked_rays.code.shape != (count, state.read):
             self.looked_rays, places = Traced(len(self.places), directions(state.read)), self.places
             yield from self.looked_rays.trace(state.facets, lambda rows, _: places.take(rows), np.arange(len(places)))
+
+    def _shadows(self):
+        """What is wrong with direct light where it was looked at, of all light: half of it is what halves of lamps tell,
+        which is smooth, half what more points tell at some places, which holds where all of few agree, too."""
+        weight, rho, off, _ = self.looked
+        some, wrong = self.shade
+        there = self.places.surface
+        told = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
+        found = self._relative(there[some], ASKED * weight[some], ((rho[some] * wrong) ** 2).sum(axis=1))
+        return float(np.hypot(told, found)) / np.sqrt(2)
 
     def _passed(self, errors):
         """(n,) Squares of what errors (k, n, 3) of the nodes' light cost once passed on, in their mean; yields."""
