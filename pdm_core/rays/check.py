@@ -116,8 +116,8 @@ class Check:
             yield from self.looked_rays.trace(state.facets, lambda rows, _: places.take(rows), np.arange(len(places)))
 
     def _shadows(self):
-        """What is wrong with direct light where it was looked at, of all light: half is what halves of lamps tell, which
-        is smooth, half what more points tell at some places, which holds where all of few agree, too."""
+        """What is wrong with direct light where it was looked at, of all light: half is what halves of lamps tell,
+        which is smooth, half what more points tell at some places, which holds where all of few agree, too."""
         weight, rho, off, _ = self.looked
         some, wrong = self.shade
         there = self.places.surface
