@@ -73,6 +73,13 @@ def number(value, what, advice, above=-np.inf, below=np.inf):
     return float(out)
 
 
+def function(value, what, advice):
+    """What is to be called."""
+    if not callable(value):
+        raise SceneError(f"{what} is {value!r}; give a function {advice}")
+    return value
+
+
 def target_of(value):
     """A target error."""
     return number(value, "target_error", "a number above 0 such as 0.01", LEAST, MOST)

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from .checked import SceneError, number, of_kind, target_of
+from .checked import function, number, of_kind, target_of
 from .choice import choose
 from .links.approach import link_steps
 from .links.solution import Solution
@@ -37,8 +37,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False)
     better one nothing else is at work: it may be read before the next.
     """
     of_kind(scene, Scene, "solve")
-    if not callable(enough):
-        raise SceneError(f"enough is {enough!r}; give a function that tells whether to end")
+    function(enough, "enough", "that tells whether to end")
     target_error = target_of(target_error)
     if time_limit is not None:
         time_limit = number(time_limit, "time_limit", "seconds above 0, or None for no limit", above=0)
@@ -51,7 +50,7 @@ def solve_steps(scene, target_error=1e-2, time_limit=None, enough=lambda: False)
 
 def solve(scene, target_error=1e-2, time_limit=None, progress=None):
     """Solution of the scene; progress(fraction, error, seconds) is called at least ten times a second."""
-    if progress is not None and not callable(progress):
-        raise SceneError(f"progress is {progress!r}; give a function of (fraction, error, seconds), or None")
+    if progress is not None:
+        function(progress, "progress", "of (fraction, error, seconds), or None")
     steps = solve_steps(scene, target_error, time_limit)
     return finish(steps, progress and (lambda step: progress(*step)))

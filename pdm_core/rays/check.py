@@ -10,12 +10,13 @@ from ..each_surface import TOLD
 from ..read_off import drawn, materials_at, spread_points
 from ..signs_of_life import in_thread
 from .amplified import passed_on
-from .engine import DIM
+from .engine import DIM, is_same
 from .placed import Placed
 from .rows import HALF, Gathered, Traced, directions, sky_alone, sky_missed
 
 SAFETY = 1.7  # of what halves and surpluses tell to what is stated
 CHECKED = 256, 1024  # points where the error is found: at least, and at most, where they are of few rays
+ASKED, FINER = 4, 4.0  # every such of them is asked for its direct light again, so many times as fine
 CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
 ONE_WAY = 0.2  # of the error of cells: of one sign in all that a place sees of them in part, as where daylight bends
@@ -46,7 +47,7 @@ class Check:
             return
         yield from self._look()
         nodes, scene = state.nodes, state.scene
-        weight, rho, off, sky = self.looked
+        weight, rho, _, sky = self.looked
         rows = yield from in_thread(Gathered, self.looked_rays, nodes, scene)
         glare = yield from state.glare(state.read)
         if glare is not None:
@@ -59,9 +60,9 @@ class Check:
             unsure = np.hypot(unsure, sky_missed(scene, sky, self.looked_rays))
         there = self.places.surface
         rays = self._relative(there, weight, ((rho * unsure) ** 2).sum(axis=1))
-        shadows = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
+        shadows = self._shadows()
         told_by = state.sent, state.lit.lost, state.lit.lamps
-        if self.told_by is None or any(now is not before for now, before in zip(told_by, self.told_by)):
+        if not is_same(told_by, self.told_by):
             yield from self._of_nodes()
             self.told_by = told_by
         self.parts = {"rays": rays, "shadows": float(np.hypot(shadows, self.lost)), **self.passed_parts}
@@ -104,12 +105,25 @@ class Check:
         if self.looked is None or len(self.looked[0]) != count:
             surface, points, weight = check_points(state.scene, state.reflects, count)
             self.places = Placed(state.facets, surface, points)
-            off = (yield from state.straight(self.places))[1]
+            factor, off = yield from state.straight(self.places)
+            some = np.arange(0, count, ASKED)
+            finer = (yield from state.straight(self.places.take(some), finer=FINER))[0]
+            self.shade = some, np.einsum("nkc,kc->nc", factor[some] - finer, state.lit.light)
             sky = None if state.scene.sky is None else sky_alone(state.scene, self.places.normals)
             self.looked = weight, materials_at(state.scene, surface, points)[0], off, sky
         if self.looked_rays is None or self.looked_rays.code.shape != (count, state.read):
             self.looked_rays, places = Traced(len(self.places), directions(state.read)), self.places
             yield from self.looked_rays.trace(state.facets, lambda rows, _: places.take(rows), np.arange(len(places)))
+
+    def _shadows(self):
+        """What is wrong with direct light where it was looked at, of all light: half is what halves of lamps tell,
+        which is smooth, half what more points tell at some places, which holds where all of few agree, too."""
+        weight, rho, off, _ = self.looked
+        some, wrong = self.shade
+        there = self.places.surface
+        told = self._relative(there, weight, (rho.max(axis=1) * off) ** 2)
+        found = self._relative(there[some], ASKED * weight[some], ((rho[some] * wrong) ** 2).sum(axis=1))
+        return float(np.hypot(told, found)) / np.sqrt(2)
 
     def _passed(self, errors):
         """(n,) Squares of what errors (k, n, 3) of the nodes' light cost once passed on, in their mean; yields."""
@@ -122,7 +136,8 @@ class Check:
     def _sent(self):
         """(n,) Squares of what finer cells would show of the light sent, where others receive it: most of either sign,
         so that who sees many cells gets little of it, and who is near to one all; what cells are off by in their own
-        means with its sign; keeps what each cell and mesh makes of it."""
+        means with its sign: where colours are read what is held, and before that what the solver interpolates straight;
+        keeps what each cell and mesh makes of it."""
         state, nodes = self.state, self.state.nodes
         cells, meshes = state.surplus
         own, rho = nodes.surface, nodes.reflectance.max(axis=1)
@@ -130,23 +145,25 @@ class Check:
         weight = nodes.weight * rho**2
         weights = weight / max(state.norm, 1e-300) ** 2, weight / state.own_square(DIM)[own] / nodes.weight.sum()
         received, all_one_way, seen = *np.zeros((2, len(nodes))), np.zeros((2, len(nodes)))
-        signed = np.zeros((len(nodes), 3))
+        biases = np.concatenate(state.biases, axis=1)
+        signed = np.zeros(biases.shape)
         for who, node, share in state.rows.cells_met():
             received += np.bincount(who, (share * state.bent[node]) ** 2, len(nodes))
             all_one_way += np.bincount(who, share * state.bent[node], len(nodes))
-            for c, bias in enumerate(state.bias.T):
+            for c, bias in enumerate(biases.T):
                 signed[:, c] += np.bincount(who, share * bias[node], len(nodes))
             for k, each in enumerate(weights):
                 seen[k] += np.bincount(node, share**2 * each[who], len(nodes))
         seen = seen[(seen @ state.bent**2).argmax()]
         of_meshes = np.bincount(own[len(cells) :], (seen * state.bent**2)[len(cells) :], len(meshes))
         self.surplus = seen[: len(cells), None] * cells**2, of_meshes
-        received += (ONE_WAY * all_one_way) ** 2 + (signed**2).sum(axis=1)
+        received += (ONE_WAY * all_one_way) ** 2
+        held, straight = np.split(signed, 2, axis=1)
         # from there on as the errors of the nodes' rays go on, three draws of the signs at once
         signs = np.random.default_rng(len(nodes)).choice([-1, 1], (len(nodes), 3)) / np.sqrt(3)
-        error = np.sqrt(received)[:, None] * signs
-        passed = passed_on(state.rows.times, nodes.reflectance, error, state.amplified)
-        return rho**2 * (received + (passed**2).sum(axis=1))
+        error = np.concatenate([np.sqrt(received)[:, None] * signs, straight], axis=1)
+        passed = passed_on(state.rows.times, np.tile(nodes.reflectance, 2), error, state.amplified)
+        return rho**2 * (received + (held**2).sum(axis=1) + (passed**2).sum(axis=1))
 
     def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,

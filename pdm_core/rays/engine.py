@@ -14,7 +14,7 @@ from ..numerics import ROUGHLY, SOLVED, gcr
 from ..signs_of_life import finish, in_thread
 from .amplified import amplification
 from .covered import covered
-from .direct import COARSE, COMPARED, FINE, READ
+from .direct import COARSE, COMPARED, FACTOR, FINE, READ
 from .facets import Facets
 from .glare import glare_of
 from .grid import batches
@@ -28,6 +28,11 @@ from .thinned import FORETOLD, thinned
 RAYS = 64  # directions of a node, and of a point where colours are read, at first
 TOLD_BRIGHT = 0.5  # of what direct light may be off by, where it is brighter than in the mean: relative to that there
 DIM = 0.05  # of the mean light: what is darker need not be right to its own
+
+
+def is_same(now, before):
+    """Whether a tuple holds the very things that one before did, if any: arrays are replaced, never written into."""
+    return before is not None and all(one is other for one, other in zip(now, before))
 
 
 class RayState:
@@ -45,7 +50,7 @@ class RayState:
         self.read = RAYS  # directions where colours are read
         self.told = 1.0  # of the target: what direct light may be off by where part of a source is seen, in few places
         self.level = 0.0
-        self.changed = True  # whether rows or direct light are others than were solved with
+        self.solved_of = None  # rows and direct light
         self.glares = {}  # by the number of directions of those who see it
 
     def elapsed(self):
@@ -85,7 +90,7 @@ class RayState:
 
     def link(self):
         """The rows of all nodes, and their own light: what they send whatever they receive."""
-        self.rows, self.changed = Gathered(self.traced, self.nodes, self.scene), True
+        self.rows = Gathered(self.traced, self.nodes, self.scene)
         vars(self).pop("narrow", None)
         own = self.nodes.surface
         self.shining = np.where(self.by_rays[own, None], self.scene.emission[own], 0.0)
@@ -94,9 +99,10 @@ class RayState:
 
     def solve(self):
         """E at the nodes, and what they send on, where their rows or direct light are others than before; yields."""
-        if self.changed:
+        given = self.rows, self.lit.factor
+        if not is_same(given, self.solved_of):
             yield from in_thread(self._solve)
-            self.changed = False
+            self.solved_of = given
 
     def _solve(self):
         rho = self.nodes.reflectance
@@ -116,7 +122,8 @@ class RayState:
         self.received = outer + indirect
         sent = rho * self.received + self.shining  # in the mean of each node
         self.sent, self.shown, self.glares = held(sent), held(self.received), {}  # what is interpolated between
-        self.bias = self.nodes.means.bias(sent, self.sent)
+        # how far off that is in the mean of a cell, and what is interpolated straight
+        self.biases = [self.nodes.means.bias(sent, value) for value in (self.sent, sent)]
         weight, reflected = self.nodes.weight, rho * self.received
         square = np.bincount(self.nodes.surface, weight * (reflected**2).sum(axis=1), len(self.scene))
         spots = np.bincount([s.index for s in self.lit.spots], [s.square for s in self.lit.spots], len(self.scene))
@@ -182,10 +189,12 @@ class RayState:
         total /= np.maximum(weight, 1e-300)[:, None]
         return total if glare is None else total + (yield from glare.at(receivers)).mean(axis=0)
 
-    def straight(self, receivers, roughly=False):
-        """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,); yields."""
-        told = self.told * self.target
-        points = COMPARED if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
+    def straight(self, receivers, roughly=False, finer=1.0):
+        """Factors of the sources (n, k, 3) at receivers and how far their light may be off (n,), so many times as
+        little as usual; yields."""
+        told = self.told / finer * self.target
+        few, most = COMPARED if roughly and self.target > FINE else READ[roughly or self.target > COARSE]
+        points = few, int(most * min(1 / self.told, FACTOR))  # most are soon enough, but not where it is to be less
         tolerance = told * self._level_at(receivers)
         return (yield from self.lit.shares.at(receivers, tolerance, TOLD_BRIGHT * told, points))[:2]
 

@@ -56,7 +56,6 @@ def improve(check):
         yield from in_thread(state.link)
     if again:
         yield from lit.extend(state, np.full(len(state.nodes), -1))
-        state.changed = True
     return did or again or count is not None
 
 

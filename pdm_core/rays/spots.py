@@ -22,8 +22,9 @@ class Spots:
         each = len(WEIGHTS) * np.where(self.meshes.cuts.touched, SIDES, 1)
         self.first, self.side = np.cumsum(each) - each, int(each.sum())
         self.count = self.cells + 2 * self.side
-        # a place that stands for a quarter's side, where something parts its cell or its face
-        self.place = np.full((self.count, 2), np.nan, np.float32)
+        # of places on a quarter's side, where something parts its cell or its face, their number and their sums: in
+        # their mean it is told; one of them would tell of a foot's neighbours by luck
+        self.met = np.zeros((3, self.count))
 
     def of(self, facet, at, back):
         """(h,) Spots at places (h, 2) of facets (h,), back (h,): 1 on the back, 0 on the front; -1 where nothing is
@@ -37,7 +38,7 @@ class Spots:
         leaf = quarter // QUARTERS
         out[some] = SIDES * quarter + nodes.parted.sides(leaf, there)
         parted = np.flatnonzero(nodes.parted.touched[leaf])
-        self.place[out[some[parted]]] = there[parted]
+        self._meet(out[some[parted]], there[parted])
         some = np.flatnonzero(carries & ~has)
         if len(some):
             part, inner = self.meshes.part(facet[some], self.facets.on_triangles(facet[some], at[some]))
@@ -46,14 +47,20 @@ class Spots:
             parted = np.flatnonzero(self.meshes.cuts.touched[part])
             quarter[parted] += len(WEIGHTS) * self.meshes.cuts.sides(part[parted], inner[parted])
             out[some] = self.cells + self.side * back[some] + self.first[part] + quarter
-            self.place[out[some[parted]]] = inner[parted]
+            self._meet(out[some[parted]], inner[parted])
         return out
+
+    def _meet(self, spot, at):
+        """Takes places (h, 2) on spots (h,)."""
+        for sums, one in zip(self.met, (1.0, *at.T)):
+            np.add.at(sums, spot, one)
 
     def basis(self, spots):
         """Nodes and weights (k, 4) that interpolate in the middles of spots (k,), sorted."""
         nodes, split = self.nodes, np.searchsorted(spots, self.cells)
         node, weight = np.zeros((len(spots), 4), np.int32), np.zeros((len(spots), 4))
-        told = self.place[spots]
+        number, *sums = self.met[:, spots]
+        told = np.divide(sums, number, out=np.full((2, len(spots)), np.nan), where=number > 0).T
         if split:
             quarter = spots[:split] // SIDES
             node[:split], weight[:split] = nodes.means.node[quarter], nodes.means.basis[quarter]

@@ -10,7 +10,7 @@ import pytest
 
 from pdm_core import Mesh, Plane, Scene, Sphere, Surface, solve
 from pdm_core.rays.check import Check
-from pdm_core.rays.direct import Shares
+from pdm_core.rays.direct import POWER, Shares
 from pdm_core.rays.engine import RayState
 from pdm_core.rays.facets import Facets
 from pdm_core.rays.placed import Placed
@@ -100,6 +100,22 @@ def test_lamp_light_that_no_point_stands_for_asks_for_no_more_rays():
     finish(check.measure())
     assert check.parts["nodes"] == before["nodes"] > 0
     assert check.parts["shadows"] > 0.1 > before["shadows"]
+
+
+def test_what_direct_light_may_be_off_by_is_kept_close_to_a_lamp_too():
+    """A ceiling close above a ball that shines, of which a smaller one hides a part: at most 256 points of it told."""
+    room = [Surface(face, 0.5) for face in _box((-3, -2.5, -2.4), (6, 5, 3))]
+    room += [Surface(Sphere.at((0, 0, 0), 0.24), 0.0, 12.0), Surface(Sphere.at((0.11, 0.13, 0.31), 0.06), 0.5)]
+    state = RayState(Scene(room), 0.04)
+    finish(state.extend(np.full(len(state.nodes), -1)))
+    finish(state.solve())
+    rng = np.random.default_rng(3)
+    at = np.column_stack([rng.uniform(0.05, 0.3, 200), rng.uniform(0.05, 0.3, 200), np.full(200, 0.6)])
+    places = Placed(state.facets, np.ones(200, int), at)
+    exact = finish(state.lit.shares.at(places, 1e-9, 1e-9, (16384, 16384)))[0]
+    state.told = 0.05
+    off = np.sqrt(((finish(state.straight(places))[0] / exact - 1) ** 2).mean())
+    assert off < 1 / (2 * 256) ** POWER
 
 
 def test_where_cells_and_points_of_lamps_get_finer_together_all_are_lit_once():

@@ -5,6 +5,7 @@ import pytest
 
 from pdm_core import Plane, PointLight, Scene, Sphere, Surface
 from pdm_core.rays.solution import ray_steps
+from pdm_core.rays.spots import Spots
 from pdm_core.signs_of_life import finish
 
 
@@ -88,3 +89,20 @@ def test_a_lamp_around_everything_is_a_sky(radius):
     inside, outside = by_rays(around, 0.03), by_rays(sky, 0.01)
     assert inside.error <= 0.03
     assert difference(around, inside, outside) <= inside.error + outside.error
+
+
+def test_what_is_told_of_a_cell_that_a_box_stands_on_hangs_on_no_order_of_rays():
+    """The last ray that met a quarter of such a cell told all of it: beside a foot it was a tenth brighter or darker,
+    as it happened."""
+    nodes = by_rays(Scene(floor() + box((0.8, -0.5, 0), (1, 1, 1)) + lamp(2.0, 0.5)), 0.1)._state.nodes
+    rng = np.random.default_rng(5)
+    at = rng.random((20_000, 2)) * [0.3, 0.25] + [0.55, 0.4]  # the box and what is around it on the floor
+    facet, front, light = np.zeros(len(at), int), np.zeros(len(at), int), rng.random(len(nodes))
+    told = []
+    for order in (np.arange(len(at)), np.arange(len(at))[::-1], rng.permutation(len(at))):
+        spots = Spots(nodes)
+        met = np.unique(spots.of(facet, at[order], front))
+        node, weight = spots.basis(met[met >= 0])
+        told.append((light[node] * weight).sum(axis=1))
+    np.testing.assert_allclose(told[1:], [told[0]] * 2, rtol=1e-9)
+    assert nodes.parted.touched.any() and len(told[0]) > 20
