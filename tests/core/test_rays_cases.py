@@ -54,9 +54,7 @@ def grid(wall, cells):
     return Mesh(points.reshape(-1, 3).astype(np.float32).astype(float), faces, smooth=False)
 
 
-@pytest.mark.parametrize(
-    "offset, cells", [*product([(0, 0, 0), (1000, 2000, 3), FAR], [1, 4]), (FAR, 24)]
-)
+@pytest.mark.parametrize("offset, cells", [*product([(0, 0, 0), (1000, 2000, 3), FAR], [1, 4]), (FAR, 24)])
 def test_walls_of_separate_meshes_keep_the_sky_out(offset, cells):
     """Read at their vertices too, which rounding puts before or behind the next wall; cells down to 17 tolerances."""
     place = Place(2.1, offset)
