@@ -27,8 +27,8 @@ def rounded(area):
 
 
 def ranks(area, order):
-    """(n,) Which comes first of flat things that lie on each other: the larger, by rounded areas (n,), of equal ones the
-    earlier in order (n,)."""
+    """(n,) Which comes first of flat things that lie on each other: the larger, by rounded areas (n,), of equal ones
+    the earlier in order (n,)."""
     rank = np.empty(len(area), int)
     rank[np.lexsort((order, -area))] = np.arange(len(area))
     return rank
@@ -37,7 +37,7 @@ def ranks(area, order):
 def lies_toward(lit, body, two_sided, area, rank, i, j):
     """(k, 3) The unit normals of the sides of flat things i (k,) that j, which lie in their planes, lie on.
 
-    Of all of them lit (n, 3), the unit normals of their lit sides, fronts where both are; body (n,): see look_inward;
+    Of all of them lit (n, 3), the unit normals of their lit sides, fronts where both are; body (n,): see bodies;
     two_sided, area (n,), rounded; rank (n,), of i below that of j.
     """
     lit, loose, first = lit.copy(), body[j] == 0, np.lexsort((rank[i], j))

@@ -1,4 +1,4 @@
-"""What lies in the planes of others that have two sides: in a cube as a room, whose fronts look out of it, and on it."""
+"""What lies in the planes of others that have two sides: in a cube as a room, whose fronts look out, and on it."""
 
 import sys
 from dataclasses import replace
