@@ -2,7 +2,8 @@
 
 Planes in one plane have one meaning. Where they look the same way they lie in layers, the smaller on top (of equal ones
 the later). Where they look opposite ways they are in contact, the smaller before the larger, and dark to each other;
-unless both are walls of rooms, which then lie back to back. What is closer than the rounding counts as in contact.
+unless both are walls of rooms, which then lie back to back. On what has two sides others are on either, see
+lies_toward. What is closer than the rounding counts as in contact.
 The layers are parted by a little more than the rounding, so that everything later finds them in order; what lies
 between two of them receives nothing.
 """
