@@ -363,6 +363,24 @@ def test_light_through_a_window_and_not_through_its_wall():
     assert mean_of(floor, middle) == pytest.approx(seen, rel=0.1) and mean_of(floor, beside) < 0.1 * seen
 
 
+@pytest.mark.parametrize("inverted", [False, True])
+def test_a_carpet_in_a_cube_as_a_room_is_in_it(inverted):
+    """Whichever way the cube's normals look: exactly on its floor and wall, carpet and picture were outside, black."""
+    grey = scenes.material("Grey", (0.5, 0.5, 0.5))
+    room = Matrix.Translation((0, 0, 1.25)) @ Matrix.Diagonal((4, 3, 2.5, 1))
+    scenes.box("Room", 1.0, room, grey, inverted)
+    scenes.sphere("Lamp", 16, 8, 0.2, Matrix.Translation((0, 0, 2)), scenes.material("Lamp", emission=(10, 10, 10)))
+    wall = Matrix.Translation((0.5, 1.5, 1.2)) @ Matrix.Rotation(np.pi / 2, 4, "X")
+    things = [scenes.grid("Carpet", 4, 1.0, made_of=grey), scenes.grid("Picture", 1, 0.6, wall, grey)]
+    for level, name in enumerate(("On the Floor", "Over the Floor")):
+        matrix = Matrix.Translation((1.0 - 2 * level, 0, 2e-3 * level))
+        things.append(scenes.grid(name, 1, 0.4, matrix, grey))
+    assert bpy.ops.pdm.bake(target_error=0.02) == {"FINISHED"}
+    carpet, picture, on, over = (scenes.colours(obj)[:, 0] for obj in things)
+    assert carpet.min() > 0.02 and picture.min() > 0.02
+    assert on.mean() == pytest.approx(over.mean(), rel=0.05)
+
+
 def test_flat_and_smooth_shaded_meshes_are_baked_as_they_are_shaded():
     """A hexagonal ring of many facets under a lamp: flat ones end in edges, smooth ones do not."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=7)
