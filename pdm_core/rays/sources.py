@@ -6,7 +6,7 @@ import numpy as np
 
 from ..scene import Light
 from ..shapes.mesh import Mesh
-from ..tolerances import FLUSH, KEPT
+from ..tolerances import FLUSH, KEPT, ROUNDING
 from .bundles import AGAINST
 from .lamp_parts import parted
 
@@ -82,7 +82,9 @@ class Emitter(Source):
 
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi where the radiance is 1 and nothing hides it."""
-        return self.shape.unhidden(points, normals, self.surface.sign, self.tolerance)
+        factor = self.shape.unhidden(points, normals, self.surface.sign, self.tolerance)
+        factor[factor <= ROUNDING] = 0.0  # where all that is ahead is in the point's own plane: else light to be right to
+        return factor
 
     def against(self, points, normals):
         """(n,) Whether points lie against a flat shape, or within the ball that shines outwards."""
