@@ -98,7 +98,7 @@ class Shares:
                 did, would = self.seen[:, k]
                 source.partly = float(min(did / max(would, 1.0), 1.0))
                 off[alike > 0] = unseen(alike[alike > 0], source.partly)
-            tint, told = yield from colours_of(source, receivers.take(lit), points[0], self.facets.centre)
+            tint, told = yield from colours_of(source, receivers.take(lit), points[0], unsure, self.facets.centre)
             factor[lit, k] = whole[lit, None] * share * tint
             error2[lit] += (light * np.maximum(np.maximum(off, between), told)) ** 2
             lost[lit] += light * between
