@@ -101,7 +101,7 @@ class Emitter(Source):
         return np.sqrt(self.shape.area / count)
 
     def samples(self, count):
-        """Places (k, 3) m on it, normals (k, 3), weights (k,) m^2; worked out once, as thousands of a mesh take long."""
+        """Places (k, 3) m on it, normals (k, 3), weights (k,) m^2; worked out once, as many of a mesh take long."""
         if count not in self._samples:
             self._samples[count] = self._sampled(count)
         return self._samples[count]
