@@ -98,7 +98,7 @@ class Shares:
                 did, would = self.seen[:, k]
                 source.partly = float(min(did / max(would, 1.0), 1.0))
                 off[alike > 0] = unseen(alike[alike > 0], source.partly)
-            tint, told = yield from colours_of(source, receivers.take(lit), points[0], self.facets.centre)
+            tint, told = yield from colours_of(source, receivers.take(lit), points[0], unsure, self.facets.centre)
             factor[lit, k] = whole[lit, None] * share * tint
             error2[lit] += (light * np.maximum(np.maximum(off, between), told)) ** 2
             lost[lit] += light * between
@@ -150,7 +150,7 @@ class Shares:
         number = np.searchsorted(used, which)
         for some in batches(len(used), len(which) // len(used), self.facets) if len(used) else ():
             part = slice(*np.searchsorted(number, [some[0], some[-1] + 1]))
-            seen = self._visible(source, place[used[some]], receivers, number[part] - some[0], whose[part])
+            seen = self.visible(source, place[used[some]], receivers, number[part] - some[0], whose[part])
             got[pairs[part]] = seen[:, None] if tint is None else seen[:, None] * tint[which[part]]
             self.counts["shadow rays"] += len(seen)
             yield
@@ -187,7 +187,7 @@ class Shares:
             value = self._values(source, place[some], None if normal is None else normal[some], part)
             value *= weight[some, None]
             point, who = np.nonzero(value)
-            visible = self._visible(source, place[some], part, point, who)
+            visible = self.visible(source, place[some], part, point, who)
             self.counts["shadow rays"] += len(who)
             tally.add(place, some, mine, value, (point, who, visible), tint)
             yield
@@ -218,7 +218,7 @@ class Shares:
             value[np.isnan(beyond)] *= FAINT
         return value
 
-    def _visible(self, source, place, receivers, which, who):
+    def visible(self, source, place, receivers, which, who):
         """(n,) Whether receivers who (n,) see which (n,) of places (k, 3) of a source; sorted by these."""
         facets = source.blockers or self.facets
         if source.distant:

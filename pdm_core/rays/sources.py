@@ -6,7 +6,7 @@ import numpy as np
 
 from ..scene import Light
 from ..shapes.mesh import Mesh
-from ..tolerances import FLUSH, KEPT
+from ..tolerances import FLUSH, KEPT, ROUNDING
 from .bundles import AGAINST
 from .lamp_parts import parted
 
@@ -60,7 +60,7 @@ class Emitter(Source):
         self.skip = facets.own[scene.shape_of[index]]
         self.tolerance = facets.tolerance
         self.own = facets.plane[facets.first[scene.shape_of[index]]] if self.skip >= 0 else -1
-        self.facets = facets
+        self.facets, self._samples = facets, {}
         if part is None and whole.is_mesh and len(facets.lying):
             self.shape = self._shown()
 
@@ -82,7 +82,11 @@ class Emitter(Source):
 
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi where the radiance is 1 and nothing hides it."""
-        return self.shape.unhidden(points, normals, self.surface.sign, self.tolerance)
+        factor = self.shape.unhidden(points, normals, self.surface.sign, self.tolerance)
+        factor[factor <= ROUNDING] = (
+            0.0  # where all that is ahead is in the point's own plane: else light to be right to
+        )
+        return factor
 
     def against(self, points, normals):
         """(n,) Whether points lie against a flat shape, or within the ball that shines outwards."""
@@ -97,7 +101,12 @@ class Emitter(Source):
         return np.sqrt(self.shape.area / count)
 
     def samples(self, count):
-        """Places (k, 3) m on it, normals (k, 3), weights (k,) m^2."""
+        """Places (k, 3) m on it, normals (k, 3), weights (k,) m^2; worked out once, as many of a mesh take long."""
+        if count not in self._samples:
+            self._samples[count] = self._sampled(count)
+        return self._samples[count]
+
+    def _sampled(self, count):
         points = self.shape.samples(count)
         # a triangle shines as its own plane looks, however it is shaded
         normals = self.surface.sign * self.shape.face_normals(points)

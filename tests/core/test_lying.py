@@ -84,6 +84,8 @@ def test_a_lamp_flush_with_a_ceiling_is_seen_from_below(place, kind):
     panel = Plane(place(SQUARE[0]), place.turn @ (0, 1.2, 0), place.turn @ (1.5, 0, 0))
     right = 5 * panel.unhidden(below, np.array([place.turn @ (0, 0, 1)]), 1, 0.0)
     np.testing.assert_allclose(solution.incident(1, below)[:, 0], right, rtol=0.05)
+    # what rounding left of its light in its own plane was to be as right as light: ten times as long, over 100 % stated
+    assert solution.error == 0 and not solution.incident(0, place([(0.5, 0.5, 0), (3, 3, 0)])).any()
 
 
 @pytest.mark.parametrize("rounding", [2**-53, 2**-24])

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pdm_core import Mesh, Plane, Scene, Sphere, Surface, solve
+from pdm_core import Mesh, Plane, Polygon, Scene, Sphere, Surface, solve
 from pdm_core.rays.check import Check
 from pdm_core.rays.direct import POWER, Shares
 from pdm_core.rays.engine import RayState
@@ -143,6 +143,27 @@ def test_what_is_shut_in_near_a_lamp_hangs_on_no_light_that_few_points_do_not_st
         for face in _box(corner, (0.1, 0.09, 0.11)):
             surfaces += [Surface(face, 0.7, side=side) for side in ("front", "back")]
     assert finish(ray_steps(Scene(surfaces), 0.04, None, "")).error <= 0.04
+
+
+FLAT = np.array([(1.5, 1, 0), (1.5, 3, 0), (3.5, 3, 0), (3.5, 1, 0)])
+PANELS = {
+    "plane": Plane.through,
+    "polygon": lambda corners: Polygon(corners + np.outer([0, 0, 1, 0], [-0.001, 0, 0])),
+    "mesh": lambda corners: Mesh(corners, [(0, 1, 2), (0, 2, 3)], False),
+    "box": lambda corners: Mesh.of(np.concatenate([f.corners[[[0, 1, 2], [0, 2, 3]]] for f in _box(corners[0], BOX)])),
+}
+BOX = 2, 2, 0.05
+
+
+@pytest.mark.parametrize("kind", PANELS)
+@pytest.mark.parametrize("gap", [0.001, 0.005, 0.02])
+def test_a_lamp_close_to_a_wall_is_one(gap, kind):
+    """It was 49 lamps, as its light goes no further than the gap is wide, and took as many times as long as one."""
+    panel = PANELS[kind](FLAT + [0, 0, gap])
+    room = [Surface(face, 0.5) for face in _box((0, 0, 0), (5, 4, 2.5))]
+    for surfaces in (room, room[:1]):
+        facets = Facets(Scene([*surfaces, Surface(panel, 0.0, 1.0)]))
+        assert len(sources_of(facets, np.zeros(len(surfaces) + 1, bool))) == 1
 
 
 def _box(corner, size):
