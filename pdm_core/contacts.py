@@ -16,7 +16,7 @@ import numpy as np
 from .at_once import in_turn
 from .boxes import near, overlap
 from .in_depth import against_dome
-from .layers import bodies, lies_toward, moves, ranks, rounded, welded
+from .layers import bodies, lies_toward, moves, ranks, reaches_beyond, rounded, welded
 from .scene import Scene
 from .shape_table import ShapeTable
 from .shapes.shape import PARALLEL, bounds_of, box_of, tolerance_of, unit
@@ -233,18 +233,22 @@ def _touching(scene):
     planes = _Planes(scene)
     i, j = near(planes.corners.min(axis=1), planes.corners.max(axis=1), scene.tolerance)
     corners = welded(planes.corners, i, j, 2 * scene.tolerance)
+    outline, lit = planes.corners.copy(), planes.lit[:, None] * planes.normal
+    outline[planes.half, 3] = np.nan  # the third one again
+    body, whole = bodies(outline, lit, i, j, 2 * scene.tolerance)
     # the larger comes first, of equal ones the earlier
-    area = rounded(planes.area)
+    area = rounded(np.bincount(whole, planes.area)[whole])
     rank = ranks(area, np.arange(len(area)))
     i, j = np.where(rank[i] < rank[j], i, j), np.where(rank[i] < rank[j], j, i)
     height = np.einsum("kci,ki->kc", planes.corners[j] - planes.corners[i, :1], planes.normal[i])
     flush = np.abs(height).max(axis=1) <= scene.tolerance
     over = flush & overlap(planes.corners, planes.normal, i, j, scene.tolerance)
-    outline, lit = planes.corners.copy(), planes.lit[:, None] * planes.normal
-    outline[planes.half, 3] = np.nan  # the third one again
-    body = bodies(outline, lit, i, j, 2 * scene.tolerance)
     lower, upper = i[over], j[over]
-    toward = lies_toward(lit, body, planes.two_sided, area, rank, lower, upper)
+
+    def beyond(k):
+        return reaches_beyond(planes.corners, planes.normal, whole, whole[lower[k]], whole[upper[k]], scene.tolerance)
+
+    toward = lies_toward(lit, body, planes.two_sided, area, rank, lower, upper, beyond)
     shown = np.einsum("ki,ki->k", lit[upper], np.where(body[upper, None] > 0, lit[lower], toward)) > 0
     # of bodies in contact all but the edges is hidden: they keep theirs, unless one looks into them
     apart = shown | (body[upper] == 0) | planes.two_sided[upper]

@@ -10,7 +10,7 @@ import numpy as np
 from ..boxes import near, overlap
 from ..coincident import ALONG
 from ..connected import connected
-from ..layers import bodies, lies_toward, ranks, rounded
+from ..layers import bodies, lies_toward, ranks, reaches_beyond, rounded
 from ..scene import LOST
 from ..shapes.shape import PARALLEL
 from .grid import pairs_of
@@ -102,13 +102,20 @@ class Lying:
         facets, count = self.facets, self.facets.count
         some, which = np.unique(self.piece[np.stack([one, other])], return_inverse=True)
         which = which.reshape(2, -1)
-        area = rounded(np.bincount(self.piece[:count], facets.area, count)[some])
+        body, whole = _bodies(facets, np.append(one, other), self.piece[:count])
+        area = rounded(np.bincount(whole, facets.area, count)[whole[some]])
         rank = ranks(area, facets.shape[some])
         swap = rank[which[0]] > rank[which[1]]
         larger, smaller = np.where(swap, (other, one), (one, other))
         lit, two_sided = facets.lit[some, None] * facets.normal[some], (facets.surface[some] >= 0).all(axis=1)
-        body = _bodies(facets, np.append(one, other))[some]
-        return larger, smaller, lies_toward(lit, body, two_sided, area, rank, *np.where(swap, which[::-1], which))
+        corners, owner = facets.corners(np.arange(count)), whole[some]
+        i, j = np.where(swap, which[::-1], which)
+
+        def beyond(k):
+            near = ON * facets.tolerance
+            return reaches_beyond(corners, facets.normal, whole, owner[i[k]], owner[j[k]], near)
+
+        return larger, smaller, lies_toward(lit, body[some], two_sided, area, rank, i, j, beyond)
 
     def _order(self, lower, upper, toward):
         """Makes sides of facets lower (k,) later than those of the upper (k,) that look the same way, toward (k, 3)."""
@@ -166,21 +173,23 @@ def _of_flats(facets):
     return pair[:, facets.shape[pair[0]] != facets.shape[pair[1]]]
 
 
-def _bodies(facets, some):
+def _bodies(facets, some, piece):
     """(m,) Where the shapes of facets are: 1 on their lit side, as of a room's walls, -1 behind it, as of a solid's
-    faces, 0 of sheets. Walls that are shapes of their own are told by those that they share edges with: of them all
-    that touch the shapes of facets some (k,)."""
+    faces, 0 of sheets; (m,) the pieces, piece (m,), with those that go on in others as one. Walls that are shapes of
+    their own are told by those that they share edges with: of them all that touch the shapes of facets some (k,)."""
     shape, shapes, count = facets.shape[: facets.count], facets.scene.shapes, len(facets.first)
     middle = np.array([s.middle if s.is_mesh else s.bounds[0] for s in shapes]) - facets.centre
     height = facets.lit * np.einsum("ni,ni->n", middle[shape] - facets.origin, facets.normal)
     body = np.where(np.abs(height) > ON * facets.tolerance, np.sign(height), 0.0)
     flat = (np.bincount(shape, minlength=count) > 0) & (np.bincount(shape, body != 0, count) == 0)
-    return body + _look_inward(facets, np.flatnonzero(flat), some)[shape]
+    inward, whole = _look_inward(facets, np.flatnonzero(flat), some)
+    joined = np.bincount(whole, minlength=count)[whole] > 1
+    return body + inward[shape], np.where(joined[shape], piece[facets.first[whole[shape]]], piece)
 
 
 def _look_inward(facets, flat, some):
-    """(n shapes,) As _bodies, of shapes flat (f,), each in a plane."""
-    shapes, out = facets.scene.shapes, np.zeros(len(facets.first))
+    """(n shapes,), (n shapes,) As bodies, of shapes flat (f,), each in a plane."""
+    shapes, out, whole = facets.scene.shapes, np.zeros(len(facets.first)), np.arange(len(facets.first))
     few = np.full((len(flat), FEW, 3), np.nan)
     for own, k in zip(few, flat):
         corners = shapes[k].vertices if shapes[k].is_mesh else shapes[k].outline
@@ -190,11 +199,12 @@ def _look_inward(facets, flat, some):
     flat, few = flat[known], few[known]
     i, j = near(np.nanmin(few, axis=1), np.nanmax(few, axis=1), facets.tolerance)
     asked = np.isin(flat, facets.shape[some])
-    keep = asked[i] | asked[j]
     first = facets.first[flat]
     lit = facets.lit[first, None] * facets.normal[first]
-    out[flat] = bodies(few, lit, i[keep], j[keep], 4 * facets.tolerance)
-    return out
+    keep = asked[i] | asked[j] | (np.einsum("ni,ni->n", lit[i], lit[j]) > ALIKE)
+    out[flat], label = bodies(few, lit, i[keep], j[keep], 4 * facets.tolerance)
+    whole[flat] = flat[label]
+    return out, whole
 
 
 def _pieces(facets, shapes):

@@ -1,5 +1,6 @@
 """What lies in the planes of others that have two sides: in a cube as a room, whose fronts look out, and on it."""
 
+import itertools
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -146,3 +147,84 @@ def test_a_storey_below_is_below(way):
             np.testing.assert_allclose(incident(solution, scene, k), 1.0, atol=0.02)
         elif k > 1:
             np.testing.assert_allclose(incident(solution, scene, k), 0.0, atol=1e-6)
+
+
+def crate(low, high, front_out=True, lit=0.0):
+    """A body of two sides, lit from without, within by what it emits itself, if anything."""
+    surfaces = PLACE.box(low, high, inward=not front_out, sides=SIDES, name="crate", reflectance=0.6, emission=0.4)
+    inner = "back" if front_out else "front"
+    return [replace(s, emission=lit * (1 - s.reflectance)) if s.side == inner else s for s in surfaces]
+
+
+def bottom_of(scene, name, axis=-Z):
+    """Numbers of the surfaces of bodies of a name that look along an axis."""
+    along = [np.allclose(s.sign * (PLACE.turn.T @ s.shape.normal), axis) for s in scene.surfaces]
+    return [k for k, s in enumerate(scene.surfaces) if s.name == name and along[k]]
+
+
+def test_a_crate_on_tiles_is_dark(way):
+    """Of tiles smaller than its bottom each was said to be a sheet in it: .1 to .25 for 0 within, and black tiles."""
+    solve, variant = way
+    light = {"reflectance": 0.6, "emission": 0.4}
+    surfaces = [
+        s
+        for x, y in itertools.product(range(4), range(3))
+        for s in rectangle((x, y, 0), X, Y, True, name=f"tile {x} {y}", **light)
+    ]
+    scene = Scene(surfaces + crate((0.5, 0.5, 0), (2.5, 2.5, 1)), 1.0)
+    solution = solve(variant(scene), 0.05)
+    crate_faces = [k for k, s in enumerate(scene.surfaces) if s.name == "crate"]
+    under = bottom_of(scene, "crate")
+    for k in crate_faces:
+        if k not in under:
+            right = float(scene.surfaces[k].side == "front")
+            np.testing.assert_allclose(incident(solution, scene, k), right, atol=0.05 if right else 1e-6)
+    middle = next(k for k, s in enumerate(scene.surfaces) if (s.name, s.side) == ("tile 1 1", "front"))
+    np.testing.assert_allclose(incident(solution, scene, middle), 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("sides", [SIDES, ("front",)], ids=["two-sided", "one-sided"])
+def test_a_rug_that_comes_out_from_under_a_cupboard_is_not_in_it(sides, way):
+    """As the cupboard's side is larger it was said to be within, as far as it is under it: .01 to .2 for 0."""
+    solve, variant = way
+    light = {"reflectance": 0.6, "emission": 0.4}
+    surfaces = rectangle((-1, -1, 0), 6 * X, 5 * Y, True, name="floor", **light)
+    surfaces += rectangle((1.8, 0.5, 0), X, 0.7 * Y, True, sides, name="rug", **light)
+    scene = Scene(surfaces + crate((0, 0, 0), (2, 2, 2)), 1.0)
+    solution = solve(variant(scene), 0.05)
+    for k, s in enumerate(scene.surfaces):
+        if s.name == "crate" and k not in bottom_of(scene, "crate"):
+            right = float(s.side == "front")
+            np.testing.assert_allclose(incident(solution, scene, k), right, atol=0.05 if right else 1e-6)
+
+
+@pytest.mark.parametrize("above", [True, False])
+def test_a_carpet_upstairs_is_upstairs(above, way):
+    """Where the lower, larger room's fronts look inwards, the carpet lay against its ceiling: black, light below."""
+    solve, variant = way
+    lower = crate((0, 0, 0), (3, 3, 3), front_out=False)
+    upper = [replace(s, name="upper") for s in crate((0, 0, 3), (2, 3, 5), above, 1.0)]
+    carpet = rectangle((0.5, 0.5, 3), X, Y, True, name="carpet", reflectance=0.6, emission=0.4)
+    scene = Scene(lower + upper + carpet, 1.0)
+    solution = solve(variant(scene), 0.05)
+    for k, s in enumerate(scene.surfaces):
+        if s.name == "crate" and s.side == "front":
+            np.testing.assert_allclose(incident(solution, scene, k), 0.0, atol=1e-6)
+    np.testing.assert_allclose(incident(solution, scene, len(scene) - 2), 1.0, atol=0.05)
+
+
+def test_pictures_on_both_sides_of_a_wall_are_apart(way):
+    """The smaller lay on the larger, through the wall between: light came through, .3 for 0, or none to it."""
+    solve, variant = way
+    one = crate((0, 0, 0), (3, 3, 3))
+    other = [replace(s, name="other") for s in crate((3, 0, 0), (5, 3, 3), lit=1.0)]
+    surfaces = one + other
+    light = {"reflectance": 0.6, "sides": ("front",)}
+    surfaces += rectangle((3, 0.5, 1), 1.5 * Y, Z, False, name="picture", **light)
+    surfaces += rectangle((3, 1, 1.2), 1.5 * Y, 0.8 * Z, True, name="opposite", emission=0.4, **light)
+    scene = Scene(surfaces, 1.0)
+    solution = solve(variant(scene), 0.05)
+    for k, s in enumerate(scene.surfaces):
+        if s.name in ("crate", "picture") and s.side == ("back" if s.name == "crate" else "front"):
+            np.testing.assert_allclose(incident(solution, scene, k), 0.0, atol=1e-6)
+    np.testing.assert_allclose(incident(solution, scene, len(scene) - 1), 1.0, atol=0.05)
