@@ -136,8 +136,7 @@ class Check:
     def _sent(self):
         """(n,) Squares of what finer cells would show of the light sent, where others receive it: most of either sign,
         so that who sees many cells gets little of it, and who is near to one all; what cells are off by in their own
-        means with its sign: where colours are read what is held, and before that what the solver interpolates straight;
-        keeps what each cell and mesh makes of it."""
+        means with its sign; keeps what each cell and mesh makes of it."""
         state, nodes = self.state, self.state.nodes
         cells, meshes = state.surplus
         own, rho = nodes.surface, nodes.reflectance.max(axis=1)
@@ -145,25 +144,23 @@ class Check:
         weight = nodes.weight * rho**2
         weights = weight / max(state.norm, 1e-300) ** 2, weight / state.own_square(DIM)[own] / nodes.weight.sum()
         received, all_one_way, seen = *np.zeros((2, len(nodes))), np.zeros((2, len(nodes)))
-        biases = np.concatenate(state.biases, axis=1)
-        signed = np.zeros(biases.shape)
+        signed = np.zeros((len(nodes), 3))
         for who, node, share in state.rows.cells_met():
             received += np.bincount(who, (share * state.bent[node]) ** 2, len(nodes))
             all_one_way += np.bincount(who, share * state.bent[node], len(nodes))
-            for c, bias in enumerate(biases.T):
+            for c, bias in enumerate(state.bias.T):
                 signed[:, c] += np.bincount(who, share * bias[node], len(nodes))
             for k, each in enumerate(weights):
                 seen[k] += np.bincount(node, share**2 * each[who], len(nodes))
         seen = seen[(seen @ state.bent**2).argmax()]
         of_meshes = np.bincount(own[len(cells) :], (seen * state.bent**2)[len(cells) :], len(meshes))
         self.surplus = seen[: len(cells), None] * cells**2, of_meshes
-        received += (ONE_WAY * all_one_way) ** 2
-        held, straight = np.split(signed, 2, axis=1)
+        received += (ONE_WAY * all_one_way) ** 2 + (signed**2).sum(axis=1)
         # from there on as the errors of the nodes' rays go on, three draws of the signs at once
         signs = np.random.default_rng(len(nodes)).choice([-1, 1], (len(nodes), 3)) / np.sqrt(3)
-        error = np.concatenate([np.sqrt(received)[:, None] * signs, straight], axis=1)
-        passed = passed_on(state.rows.times, np.tile(nodes.reflectance, 2), error, state.amplified)
-        return rho**2 * (received + (held**2).sum(axis=1) + (passed**2).sum(axis=1))
+        error = np.sqrt(received)[:, None] * signs
+        passed = passed_on(state.rows.times, nodes.reflectance, error, state.amplified)
+        return rho**2 * (received + (passed**2).sum(axis=1))
 
     def _relative(self, surface, weight, square, dim=DIM):
         """Errors, squares (k,) of them on surfaces (k,) and weights (k,) m^2 -> what they are of all light, in L2, or,

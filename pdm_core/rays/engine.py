@@ -122,8 +122,7 @@ class RayState:
         self.received = outer + indirect
         sent = rho * self.received + self.shining  # in the mean of each node
         self.sent, self.shown, self.glares = held(sent), held(self.received), {}  # what is interpolated between
-        # how far off that is in the mean of a cell, and what is interpolated straight
-        self.biases = [self.nodes.means.bias(sent, value) for value in (self.sent, sent)]
+        self.bias = self.nodes.means.bias(sent, self.sent)
         weight, reflected = self.nodes.weight, rho * self.received
         square = np.bincount(self.nodes.surface, weight * (reflected**2).sum(axis=1), len(self.scene))
         spots = np.bincount([s.index for s in self.lit.spots], [s.square for s in self.lit.spots], len(self.scene))

@@ -56,20 +56,3 @@ def test_what_has_not_changed_is_not_worked_out_again():
     assert state.counts["iterations"] == 2 * once and check.passed is not passed
     np.testing.assert_array_equal(state.sent, sent)
     np.testing.assert_array_equal(check.passed, passed)
-
-
-@pytest.mark.parametrize("lamp", [0.5, 0.75, 0.9])
-def test_what_the_solver_interpolates_straight_makes_more_of_cells_by_what_is_told(lamp):
-    """Not what is held where colours are read, which keeps their means. Where in a cell rays meet it makes more or less
-    of it too, of either sign: what they have in common counts."""
-    state = RayState(room(np.eye(3), 1.0, lamp), 0.04)
-    finish(state.extend(np.full(len(state.nodes), -1)))
-    finish(state.solve())
-    sent = state.nodes.reflectance * state.received + state.shining
-    more = state.rows.times(sent)  # than what the cells that are met send in their own mean
-    told = np.zeros_like(more)
-    for who, node, share in state.rows.cells_met():
-        for c in range(3):
-            more[:, c] -= np.bincount(who, share * sent[node, c], len(sent))
-            told[:, c] += np.bincount(who, share * state.biases[1][node, c], len(sent))
-    assert (more * told).sum() == pytest.approx((told**2).sum(), rel=0.3)
