@@ -267,14 +267,8 @@ def _touching(scene):
     )
     covers = _covers(scene, planes, lower, upper, toward)
     warnings = _thin(scene, planes, lower, upper, height[over])
-    return Contacts(
-        scene,
-        _sorted(*covers),
-        _sorted(*stands),
-        tolerance,
-        PARTED * tolerance * float(np.abs(layer).max(initial=0)),
-        warnings,
-    ), corners
+    parted = PARTED * tolerance * float(np.abs(layer).max(initial=0))
+    return Contacts(scene, _sorted(*covers), _sorted(*stands), tolerance, parted, warnings), corners
 
 
 def _rests(scene, planes):

@@ -16,8 +16,8 @@ from .rows import HALF, Gathered, Traced, directions, sky_alone, sky_missed
 
 SAFETY = 1.7  # of what halves and surpluses tell to what is stated
 CHECKED = 256, 1024  # points where the error is found: at least, and at most, where they are of few rays
-ASKED, FINER = 4, 4.0  # every such of them is asked for its direct light again, so many times as fine
 CHECKED_RAYS = 1 << 17  # of all of these, where that does not leave too few
+ASKED, FINER = 4, 4.0  # of these points every such one is asked for its direct light again, so many times as fine
 DIM_WITHIN = 0.15  # the same of what nodes' rays cost: light goes round many times within bodies that nobody looks into
 ONE_WAY = 0.2  # of the error of cells: of one sign in all that a place sees of them in part, as where daylight bends
 CORRELATED = 0.08  # of the error of the nodes' own rays: neighbours share their directions, and so their errors

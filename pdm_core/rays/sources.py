@@ -83,9 +83,8 @@ class Emitter(Source):
     def unoccluded(self, points, normals):
         """points, normals (n, 3) -> (n,) irradiance / pi where the radiance is 1 and nothing hides it."""
         factor = self.shape.unhidden(points, normals, self.surface.sign, self.tolerance)
-        factor[factor <= ROUNDING] = (
-            0.0  # where all that is ahead is in the point's own plane: else light to be right to
-        )
+        # where all that is ahead is in the point's own plane: else light to be right to
+        factor[factor <= ROUNDING] = 0.0
         return factor
 
     def against(self, points, normals):
