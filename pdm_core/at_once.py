@@ -20,6 +20,12 @@ def entries_of(lists, keys):
     return which, first[keys][which] + step
 
 
+def lowest(label, *ranks):
+    """label (n,), ranks (n,) -> (m,): of each label, by number, the one that is lowest in rank, first by the last."""
+    order = np.lexsort((*ranks, label))
+    return order[np.flatnonzero(np.diff(label[order], prepend=-1))]
+
+
 def later(count):
     """Yields pairs (k,), (k,): each entry of a list with the count (n,) entries that follow it."""
     for some in runs(count):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .at_once import entries_of
+from .at_once import entries_of, lowest
 from .coincident import ALONG
 from .connected import connected
 from .tolerances import TOUCHING
@@ -41,10 +41,9 @@ def lies_toward(lit, body, two_sided, area, rank, i, j, beyond):
     Of all of them lit (n, 3), the unit normals of their lit sides, fronts where both are; body (n,): see bodies;
     two_sided, area (n,), rounded; rank (n,), of i below that of j; beyond: of pairs (p,) whether j reaches beyond i.
     """
-    lit, loose, first = lit.copy(), body[j] == 0, np.lexsort((rank[i], j))
+    lit, loose, first = lit.copy(), body[j] == 0, lowest(j, rank[i])  # of each j, of those that it lies on
     equal, may_be = area[i] == area[j], two_sided[i] & loose & (body[i] != 0)
     may_be[may_be] = ~beyond(np.flatnonzero(may_be))
-    first = first[np.diff(j[first], prepend=-1) != 0]  # of each j the one that comes first of those it lies on
     first = first[loose[first]]
     own, on_body = lit[j], np.zeros(len(lit), bool)
     on_body[j[first]] = body[i[first]] != 0
@@ -146,8 +145,6 @@ def moves(normal, rank, i, j, toward):
     rises = up[i] * np.einsum("ki,ki->k", toward, normal[i]) > 0
     lower, upper = np.where(rises, (i, j), (j, i))
     level, label = levels(len(normal), lower, upper), connected(len(normal), lower, upper)
-    order = np.lexsort((rank, label))
-    stays = order[np.flatnonzero(np.diff(label[order], prepend=-1))]
-    base = np.zeros(len(normal), int)
+    stays, base = lowest(label, rank), np.zeros(len(normal), int)
     base[label[stays]] = level[stays]
     return up * (level - base[label])

@@ -7,6 +7,7 @@ wedge: of one that is not covered and that what bounds it shows a surface to, of
 
 import numpy as np
 
+from .at_once import lowest
 from .shapes.shape import PARALLEL, unit
 from .tolerances import CLEAR
 
@@ -115,5 +116,4 @@ class Wedges:
 
     def best(self, fit):
         """(p,) Of each point the wedge that is fittest, fit (w,), then widest, then before lit sides."""
-        order = np.lexsort((-self.shown, -np.rint(self.width / PARALLEL), -fit, self.point))
-        return order[np.flatnonzero(np.diff(self.point[order], prepend=-1))]
+        return lowest(self.point, -self.shown, -np.rint(self.width / PARALLEL), -fit)

@@ -9,7 +9,7 @@ import numpy as np
 from ..at_once import AT_ONCE, slices
 from ..closed_forms import disc_kernel
 from ..shapes.shape import cone_lattice, unit
-from ..tolerances import FAINT, FLUSH
+from ..tolerances import FAINT
 from .direct import AT_NODES, POWER, Shares
 from .placed import at_hits
 from .sources import Emitter, Source
@@ -79,7 +79,7 @@ class Spot(Source):
         mine = points.surface == index
         self.beam_of, self.index, self.centre = beam_of, index, facets.centre
         self.normal = points.normal[mine]
-        self.place = points.place[mine] + FLUSH * facets.tolerance * self.normal  # as an Emitter's
+        self.place = facets.before(points.place[mine], self.normal)
         self.area, self.weight = points.area[mine], points.area[mine] * points.factor[mine]
         self.unsure = 4 * (1 - mine.sum() / count) / (2 * count) ** POWER + 1 / (2 * count)
         scene, emitter = facets.scene, Emitter(facets, index, facets.scene.surfaces[index].shape)

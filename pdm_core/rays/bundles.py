@@ -98,10 +98,10 @@ def _along(facets, directions, receivers, planes, places):
     quadrics = _quadrics_along(facets, planes)
     boxes = [np.concatenate(both, axis=1) for both in zip(boxes, _ball_boxes(facets, planes))]
     n, m, flats = len(x), facets.count, facets.count * len(planes)
-    nearest, reached, plane_of = np.full(n, NOTHING), np.full(n, np.inf), facets.plane
+    nearest, reached, own_of = np.full(n, NOTHING), np.full(n, np.inf), facets.plane  # as receivers' own
     triangle, later = np.tile(facets.triangle, len(planes)), _later(facets, planes)
-    of = np.append(np.tile(np.arange(m), len(planes)), np.tile(np.arange(m, len(plane_of)), len(planes)))
-    plane = np.concatenate([np.repeat(np.arange(len(planes)), k) for k in (m, len(plane_of) - m)])
+    of = np.append(np.tile(np.arange(m), len(planes)), np.tile(np.arange(m, len(own_of)), len(planes)))
+    plane = np.concatenate([np.repeat(np.arange(len(planes)), k) for k in (m, len(own_of) - m)])
     for who, found in pairs_of(*side_by_side(x, y, *boxes, which, plane, len(planes))):
         depth = np.full(len(who), np.inf)
         flat = np.flatnonzero(found < flats)
@@ -110,7 +110,7 @@ def _along(facets, directions, receivers, planes, places):
         flat, r, k = flat[inside], r[inside], k[inside]
         d = sign.take(r) * (linear(affine[2], k, x.take(r), y.take(r)) - z.take(r))
         start, k = receivers.start.take(r), of.take(k)
-        met = (d > np.maximum(start, -SUNK * facets.tolerance)) & (receivers.own.take(r) != plane_of.take(k))
+        met = (d > np.maximum(start, -SUNK * facets.tolerance)) & (receivers.own.take(r) != own_of.take(k))
         close = np.flatnonzero(met & (d < -start))
         met[close] = _stand_before(facets, k[close], receivers, r[close], sign.take(r[close])[:, None] * ray[r[close]])
         if later is not None:
@@ -120,7 +120,7 @@ def _along(facets, directions, receivers, planes, places):
         if len(round_):
             r, k = who[round_], found[round_]
             ends = quadrics.ends(k - flats, x.take(r), y.take(r)) - z.take(r)
-            own = receivers.own.take(r) == plane_of.take(of.take(k))
+            own = receivers.own.take(r) == own_of.take(of.take(k))
             depth[round_] = _first(np.where(sign.take(r) > 0, ends, -ends[::-1]), r, own, receivers)
         first = np.flatnonzero(np.diff(who, prepend=-1))
         best = np.minimum.reduceat(depth, first)

@@ -150,7 +150,7 @@ class Shares:
         number = np.searchsorted(used, which)
         for some in batches(len(used), len(which) // len(used), self.facets) if len(used) else ():
             part = slice(*np.searchsorted(number, [some[0], some[-1] + 1]))
-            seen = self.visible(source, place[used[some]], receivers, number[part] - some[0], whose[part])
+            seen = visible(self.facets, source, place[used[some]], receivers, number[part] - some[0], whose[part])
             got[pairs[part]] = seen[:, None] if tint is None else seen[:, None] * tint[which[part]]
             self.counts["shadow rays"] += len(seen)
             yield
@@ -187,9 +187,9 @@ class Shares:
             value = self._values(source, place[some], None if normal is None else normal[some], part)
             value *= weight[some, None]
             point, who = np.nonzero(value)
-            visible = self.visible(source, place[some], part, point, who)
+            seen = visible(self.facets, source, place[some], part, point, who)
             self.counts["shadow rays"] += len(who)
-            tally.add(place, some, mine, value, (point, who, visible), tint)
+            tally.add(place, some, mine, value, (point, who, seen), tint)
             yield
         return tally.shares(whole, source.partly)
 
@@ -218,17 +218,18 @@ class Shares:
             value[np.isnan(beyond)] *= FAINT
         return value
 
-    def visible(self, source, place, receivers, which, who):
-        """(n,) Whether receivers who (n,) see which (n,) of places (k, 3) of a source; sorted by these."""
-        facets = source.blockers or self.facets
-        if source.distant:
-            cuts = np.searchsorted(which, np.arange(1, len(place)))
-            parts = zip(place, np.split(who, cuts))
-            seen = [along(facets, one[None], receivers.take(some)).facet == NOTHING for one, some in parts]
-            return np.concatenate(seen)
-        points = receivers.points.take(who, axis=0) + facets.centre
-        beyond = source.beyond((place.take(which, axis=0) - points).T.copy(), points)
-        return seen_from(facets, place - facets.centre, receivers, which, who, source.skip, beyond)
+
+def visible(facets, source, place, receivers, which, who):
+    """(n,) Whether receivers who (n,) see which (n,) of places (k, 3) of a source; sorted by these."""
+    facets = source.blockers or facets
+    if source.distant:
+        cuts = np.searchsorted(which, np.arange(1, len(place)))
+        parts = zip(place, np.split(who, cuts))
+        seen = [along(facets, one[None], receivers.take(some)).facet == NOTHING for one, some in parts]
+        return np.concatenate(seen)
+    points = receivers.points.take(who, axis=0) + facets.centre
+    beyond = source.beyond((place.take(which, axis=0) - points).T.copy(), points)
+    return seen_from(facets, place - facets.centre, receivers, which, who, source.skip, beyond)
 
 
 def _set(count, turns, which):

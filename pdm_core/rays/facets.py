@@ -11,6 +11,7 @@ import numpy as np
 
 from ..shapes.plane import Planes
 from ..shapes.shape import box_of, unit
+from ..tolerances import FLUSH
 from .lying import Lying
 from .near_facets import near_facets
 from .near_flats import WIDER, near_flats
@@ -52,9 +53,10 @@ class Facets:
         self.first[balls] = len(origin) + np.arange(len(balls))
         self.surface = scene.sides[self.shape]
         self.origin, self.u, self.v = origin - self.centre, u, v
-        self.normal = unit(np.cross(u, v))
+        across = np.cross(u, v)
+        self.normal = unit(across)
         self.lit = np.where(self.surface[: len(origin), 0] >= 0, 1.0, -1.0)
-        self.area = np.linalg.norm(np.cross(self.u, self.v), axis=1) / np.where(self.triangle, 2, 1)
+        self.area = np.linalg.norm(across, axis=1) / np.where(self.triangle, 2, 1)
         self._widen()
         self.ball_centre = np.array([shapes[k].origin - self.centre for k in balls]).reshape(-1, 3)
         self.ball_linear = np.array([shapes[k].linear for k in balls]).reshape(-1, 3, 3)
@@ -66,7 +68,7 @@ class Facets:
         """Moves the borders of all facets outwards by WIDER: walls whose coordinates were rounded apart are closed.
         Their charts tell where they lie all the same."""
         edges = np.linalg.norm(np.stack([self.v, self.u, self.u - self.v]), axis=2)
-        area = np.maximum(np.linalg.norm(np.cross(self.u, self.v), axis=1), 1e-300)
+        area = np.maximum(self.area * np.where(self.triangle, 2, 1), 1e-300)
         s, t, beyond = WIDER * self.tolerance * edges / area
         beyond = np.where(self.triangle, s + t + beyond, 2 * np.maximum(s, t))
         most = np.maximum(POINTED[0] * self.tolerance / np.maximum(edges.max(axis=0), 1e-300), POINTED[1])
@@ -115,6 +117,11 @@ class Facets:
         """Places (h, 2) of hits on meshes' triangles, which facets reach a little beyond."""
         there = self.chart_at(facet, at)
         return there / np.maximum(there.sum(axis=1, keepdims=True), 1.0)
+
+    def before(self, points, normals):
+        """(n, 3) m: points (n, 3) that stand for light sent along normals (n, 3), moved off its plane, in which things
+        must not hide them."""
+        return points + FLUSH * self.tolerance * normals
 
     def within(self, which, points):
         """(k,) Whether points (k, 3) m in the planes of facets (k,) are in their outlines."""

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..closed_forms import disc_kernel
-from ..tolerances import FLUSH
 from .bundles import along
 from .grid import batches
 from .merged import PLACES
@@ -113,8 +112,7 @@ def glare_of(state, count):
         yield
     light *= ((TOLD + 1) / leaves)[:, None]  # with the first ray all but right in the mean, and within bounds
     own = facets.own[facets.scene.shape_of[start.surface]]
-    place = start.points + FLUSH * facets.tolerance * start.faces  # as an Emitter's
-    return Glare(facets, bright, reach, place, start.faces, node, own, light)
+    return Glare(facets, bright, reach, facets.before(start.points, start.faces), start.faces, node, own, light)
 
 
 def _places(state, bright):

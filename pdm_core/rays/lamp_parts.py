@@ -3,14 +3,12 @@
 How long each may be is asked of the scene: it hangs on how much of them one sees where their light comes to.
 """
 
-from collections import Counter
-
 import numpy as np
 
 from ..shapes.shape import box_of, tile_counts
 from ..shapes.triangle_tiles import MOST, WIDER
 from .bundles import Receivers, along
-from .direct import Shares
+from .direct import visible
 from .near import places_of
 from .rows import directions
 
@@ -48,11 +46,11 @@ def _usual_reach(facets, sources):
     there = places_of(facets, hits.facet[met], hits.at[met])
     reach[met] = np.linalg.norm(there - rays.points[met], axis=1)
     # from the middle of the way, where no wall that is met hides less than it does
-    middle, shares = (there + rays.points[met]) / 2, Shares(facets, sources, Counter())
+    middle = (there + rays.points[met]) / 2
     for k, source in enumerate(sources):
         mine = np.flatnonzero(which[met] == k)
         point, who = (a.ravel() for a in np.indices((len(samples[k][0]), len(mine))))
-        seen = shares.visible(source, samples[k][0], _free(facets, middle[mine], 0 * middle[mine]), point, who)
+        seen = visible(facets, source, samples[k][0], _free(facets, middle[mine], 0 * middle[mine]), point, who)
         apart = np.linalg.norm(samples[k][0][point] - facets.centre - there[mine][who], axis=1)
         np.maximum.at(reach, met[mine[who[seen]]], apart[seen])
     own = np.array([id(source.whole) for source in sources])

@@ -182,12 +182,12 @@ def _bodies(facets, some, piece):
     height = facets.lit * np.einsum("ni,ni->n", middle[shape] - facets.origin, facets.normal)
     body = np.where(np.abs(height) > ON * facets.tolerance, np.sign(height), 0.0)
     flat = (np.bincount(shape, minlength=count) > 0) & (np.bincount(shape, body != 0, count) == 0)
-    inward, whole = _look_inward(facets, np.flatnonzero(flat), some)
+    inward, whole = _flat_bodies(facets, np.flatnonzero(flat), some)
     joined = np.bincount(whole, minlength=count)[whole] > 1
     return body + inward[shape], np.where(joined[shape], piece[facets.first[whole[shape]]], piece)
 
 
-def _look_inward(facets, flat, some):
+def _flat_bodies(facets, flat, some):
     """(n shapes,), (n shapes,) As bodies, of shapes flat (f,), each in a plane."""
     shapes, out, whole = facets.scene.shapes, np.zeros(len(facets.first)), np.arange(len(facets.first))
     few = np.full((len(flat), FEW, 3), np.nan)

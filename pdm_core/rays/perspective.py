@@ -59,7 +59,7 @@ class _Seen:
         self.flats, planes = len(flat.plane), np.concatenate([flat.plane, ball.plane])
         self.candidates = side_by_side(self.x, self.y, *boxes, which * len(faces) + face, planes, k * len(faces))
         self.quadrics = _quadrics(facets, ball) if len(ball.item) else None
-        self.triangle, self.plane_of, self.ball_of = (
+        self.triangle, self.own_of, self.ball_of = (
             np.tile(values, k)
             for values in (facets.triangle[flat.item], facets.plane[flat.item], facets.plane[m + ball.item])
         )
@@ -97,7 +97,7 @@ class _Seen:
         most = np.where(self.triangle.take(k), s + t, np.maximum(s, t))
         keep = np.flatnonzero((s >= 0) & (t >= 0) & (most <= w))
         r, k, w = r[keep], k[keep], w[keep]
-        return r[(w * self.near.take(r) < 1) & (self.own.take(r) != self.plane_of.take(k))]
+        return r[(w * self.near.take(r) < 1) & (self.own.take(r) != self.own_of.take(k))]
 
     def _behind_balls(self, r, k):
         """(h,) Those of pairs r (p,) that balls k (p,) hide."""

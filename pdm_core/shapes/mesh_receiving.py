@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..tolerances import FLUSH, KEPT
 from .triangles import INNER, barycentric, inner
 
 OPPOSITE = -0.5  # cosine of a face to the normal told below which that is another face's
@@ -48,7 +49,7 @@ class MeshReceiving:
         foot, place = (np.einsum("nk,nki->ni", a, corners) for a in (bary, inside))
         place += self._inward(triangle, inside, least)
         bent = np.linalg.norm(flat - smooth, axis=1)  # of flat faces none: what is thin is not lifted through
-        lift = np.maximum(LIFTED * bent * np.sqrt(mesh.areas[triangle]), least / 4)
+        lift = np.maximum(LIFTED * bent * np.sqrt(mesh.areas[triangle]), FLUSH / KEPT * least)
         # off the face, or along the light's own normal where faces meet in a ridge
         return place + lift[:, None] * (flat + smooth) / 2, smooth, flat, (triangle, foot)
 
